@@ -52,6 +52,7 @@
 //! ```
 
 pub mod client;
+pub mod draw;
 pub mod floor;
 mod instruction;
 pub mod keys;

@@ -61,7 +61,6 @@ use std::ffi::OsString;
 use std::process::ExitCode;
 
 pub mod cli;
-mod draw;
 pub mod journal;
 pub mod keys;
 pub mod manager;

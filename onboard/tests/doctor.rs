@@ -156,3 +156,23 @@ fn a_real_bus_is_not_driven_without_real_time_priority_unless_told() {
         assert!(said.contains(part), "{part}: {said}");
     }
 }
+
+/// Also by somebody who may have it: the file does not ask for it.
+#[test]
+fn a_real_bus_is_not_driven_by_a_thread_of_normal_priority() {
+    let runtime = folder();
+    let robot = on_interface(runtime.path(), "lo");
+    let text = fs::read_to_string(&robot).expect("written");
+    let fieldbus = "scheduling = \"fifo\"\npriority = 80\n";
+    assert!(text.contains(fieldbus), "the drive's thread");
+    let text = text.replace(fieldbus, "scheduling = \"normal\"\n");
+    fs::write(&robot, text).expect("written");
+    let program = Command::new(env!("CARGO_BIN_EXE_onboard"));
+    let refused = onboard(program, "run", &robot, runtime.path(), &[]);
+    let said = String::from_utf8_lossy(&refused.stderr);
+    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert_eq!(refused.status.code(), Some(2), "{said}");
+    // Without rights the other threads are refused, too.
+    let expected = "threads.fieldbus.scheduling = \"normal\"";
+    assert!(said.contains(expected), "{said}");
+}

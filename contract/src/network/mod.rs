@@ -20,6 +20,8 @@ pub const LONGEST_MESSAGE: usize = 1 << 20;
 
 /// A client waits so long for its link, milliseconds.
 const PATIENCE_MS: i64 = 3000;
+/// Links of a process at once.
+const MOST_SESSIONS: u32 = 4096;
 
 /// How to take part.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -129,6 +131,8 @@ impl NetworkSettings {
             "period_init_ms": 200, "period_max_ms": 1000, "period_increase_factor": 1.5
         });
         set("connect/retry", retry)?;
+        // A thousand robots, each twice while it gets another certificate, and operators. zenoh's own bound is a thousand in all.
+        set("transport/unicast/max_sessions", MOST_SESSIONS.into())?;
         // A mediator answers many robots in one burst. With the usual two batches, and a millisecond for a sender that
         // was not scheduled, much of that would be dropped.
         set("transport/link/tx/queue/size/data", 16.into())?;

@@ -5,13 +5,13 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
+use contract::draw::draw;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
 use super::failure::Failure;
 use super::files::{load_site, plans};
 use super::network;
-use crate::draw::draw;
 use crate::journal::Store;
 use crate::manager::Manager;
 use crate::runtime::{Folder, Runtime};
@@ -91,6 +91,7 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
             awaited.join(", ")
         );
     }
+    allow_many_links();
     let mut signals = Signals::new([SIGINT, SIGTERM])
         .map_err(|error| Failure::Failed(format!("signals cannot be caught: {error}")))?;
     let journal = (store, stored.orders);
@@ -122,4 +123,21 @@ fn start_logging() {
         .with_target(false)
         .log_internal_errors(false)
         .try_init();
+}
+
+/// Each link is an open file, of which programs may often have a thousand unless they ask for more.
+fn allow_many_links() {
+    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+    const WANTED: u64 = 16_384;
+    let own = getrlimit(Resource::Nofile);
+    if own.current.is_none_or(|files| files >= WANTED) {
+        return;
+    }
+    let most = Rlimit {
+        current: own.maximum.map(|files| files.min(WANTED)).or(Some(WANTED)),
+        ..own
+    };
+    if let Err(error) = setrlimit(Resource::Nofile, most) {
+        tracing::warn!("no more files than {:?} can be open: {error}", own.current);
+    }
 }

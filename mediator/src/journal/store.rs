@@ -4,13 +4,13 @@ use std::fs::Permissions;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
+use contract::draw::draw;
 use contract::private;
 use redb::{Database, ReadableDatabase, ReadableTable, StorageBackend, TableDefinition};
 
 use super::entry::{Entry, Stored};
 use super::error::StoreError;
 use super::row::{self, FileRecord};
-use crate::draw::draw;
 
 /// Keys and values as in `row`.
 const TABLE: TableDefinition<&str, &str> = TableDefinition::new("journal");

@@ -211,9 +211,13 @@ impl Member {
         let silent_after_ns = self.setup.silent_after_ns;
         self.news |= self.client.step(situation, now_ns, silent_after_ns);
         let acquired = self.client.is_acquired();
-        self.allowed = { self.setup.area_indices() }
+        // Who looks at an area that a robot without a lease has left sees it empty, however near the robot is, and it stays empty.
+        let has_lease = self.client.has_lease(now_ns);
+        self.allowed = { self.setup.area_indices().zip(&touches) }
             // A robot that does not know where it is may stand outside the areas that it holds.
-            .filter(|&area| self.origin == Origin::Known && self.may_be_in(area, now_ns))
+            .filter(|&(area, _)| self.origin == Origin::Known && self.may_be_in(area, now_ns))
+            .filter(|&(_, &touch)| has_lease || touch == Touch::Body)
+            .map(|(area, _)| area)
             .filter(|&area| acquired || stands_in.contains(area) || !held_back.contains(area))
             .collect();
         self.give_orders(sense.state, now_ns);

@@ -17,6 +17,7 @@ use crate::composition::files::Files;
 use crate::composition::plan::Plan;
 use crate::composition::replacement::{ReloadEnds, ReloadHands, Replacement};
 use crate::realtime::clock::SECOND_NS;
+use crate::realtime::memory::populate_new_memory;
 
 /// How long a robot may take to stand, and activities to pause, before the reload is given up.
 const PATIENCE_NS: u64 = 8 * SECOND_NS;
@@ -127,7 +128,11 @@ impl Reload {
         let (files, plan) = (self.files.clone(), self.plan.clone());
         let thread = std::thread::Builder::new()
             .name("reload".into())
-            .spawn(move || Replacement::prepare(&files, &plan));
+            .spawn(move || {
+                let made = Replacement::prepare(&files, &plan);
+                populate_new_memory();
+                made
+            });
         match thread {
             Ok(thread) => {
                 self.under_way = Some(UnderWay {

@@ -7,6 +7,7 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::JoinHandle;
 
 use config::ProblemKind;
+use contract::draw::draw;
 use description::robot::Link;
 use description::threads::{ActivityKind, Trigger as ConfigTrigger};
 
@@ -144,21 +145,30 @@ pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<
     }
 }
 
-/// A real bus takes real-time priority: without it a robot may stop at any moment because its threads are late.
+/// A real bus takes real-time priority for what drives: without it a robot may stop at any moment because its threads are late.
 fn check_priority(plan: &Plan) -> Result<(), Failure> {
     let Link::Interface(interface) = &plan.robot.ethercat.link else {
         return Ok(());
     };
-    let wanted = plan.robot.threads.iter().map(wanted_scheduling);
-    let Some(highest) = wanted.max_by_key(|thread| thread.fifo_priority) else {
-        return Ok(());
-    };
-    scheduling::try_out(&highest).map_err(|why| {
+    let refused = |why: String| {
         Failure::refused(format_args!(
             "the bus on {interface} is not driven without real-time priority: {why}; `onboard doctor` shows what else, and \
              --without-real-time drives all the same"
         ))
-    })
+    };
+    let drives =
+        |activity: &ActivityKind| matches!(activity, ActivityKind::Drive | ActivityKind::Control);
+    for thread in &plan.robot.threads {
+        let wanted = wanted_scheduling(thread);
+        if wanted.fifo_priority.is_none() && thread.activities.iter().any(drives) {
+            return Err(refused(format!(
+                "found threads.{}.scheduling = \"normal\", expected \"fifo\", since it drives",
+                thread.name
+            )));
+        }
+        scheduling::try_out(&wanted).map_err(refused)?;
+    }
+    Ok(())
 }
 
 /// A literal core number that does not exist is an error, and only where the robot runs.
@@ -200,7 +210,7 @@ impl Robot {
         (log, log_drain, panicked): (&LogSender, log::LogDrain, &Panicked),
         (locked, guests): (bool, Receiver<Guest>),
     ) -> Result<Self, Failure> {
-        let boot_epoch = draw_epoch();
+        let boot_epoch = draw();
         let (ports, handles) = ports(std::mem::take(&mut wiring.states));
         let threads = std::mem::take(&mut wiring.threads);
         let (reports, watched): (Vec<_>, Vec<_>) = threads.into_iter().unzip();
@@ -303,16 +313,6 @@ impl Robot {
             }
         }
     }
-}
-
-/// A number that two starts of the process do not share: wall-clock time is good enough to tell them apart, and
-/// decides nothing else.
-fn draw_epoch() -> u64 {
-    let since = std::time::SystemTime::now()
-        .duration_since(std::time::UNIX_EPOCH)
-        .unwrap_or_default();
-    u64::try_from(since.as_nanos()).unwrap_or(u64::MAX)
-        ^ u64::from(std::process::id()).rotate_left(48)
 }
 
 const _: () = assert!(ACTIVITIES.len() == ActivityKind::ALL.len());

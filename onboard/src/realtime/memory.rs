@@ -2,8 +2,11 @@
 
 use std::fs;
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
+use rustix::thread::{CapabilitySet, capabilities};
 
 /// Stack of each thread that begins before memory is populated: all of it is resident from then on.
 pub const STACK_BYTES: usize = 1 << 20;
@@ -11,6 +14,8 @@ pub const STACK_BYTES: usize = 1 << 20;
 const PREFAULTED_STACK: usize = 128 * 1024;
 /// Locked memory that the process needs; half the limit on its resident size.
 const NEEDED_LOCKED_BYTES: u64 = 64 << 20;
+/// Pages that were touched stay.
+static LOCKED: AtomicBool = AtomicBool::new(false);
 
 /// Whether pages stay in memory once touched, and if not, what to grant.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,8 +31,10 @@ pub enum MemoryLock {
 #[must_use]
 pub fn lock_memory() -> MemoryLock {
     let limit = getrlimit(Resource::Memlock).current;
-    let enough = limit.is_none_or(|bytes| bytes >= NEEDED_LOCKED_BYTES);
-    if !enough && !rustix::process::geteuid().is_root() {
+    // For who may lock memory there is no limit (capabilities(7)).
+    let may_lock =
+        capabilities(None).is_ok_and(|own| own.effective.contains(CapabilitySet::IPC_LOCK));
+    if !is_enough(limit, may_lock) {
         return MemoryLock::NotLocked(format!(
             "memory is not locked: the limit is {} KiB, {} KiB are needed; grant it with `ulimit -l unlimited` or \
              `@realtime - memlock unlimited` in /etc/security/limits.conf",
@@ -36,10 +43,26 @@ pub fn lock_memory() -> MemoryLock {
         ));
     }
     match mlockall(MlockAllFlags::CURRENT | MlockAllFlags::FUTURE | MlockAllFlags::ONFAULT) {
-        Ok(()) => MemoryLock::Locked,
+        Ok(()) => {
+            LOCKED.store(true, Ordering::Relaxed);
+            MemoryLock::Locked
+        }
         Err(error) => MemoryLock::NotLocked(format!(
             "memory is not locked ({error}); grant CAP_IPC_LOCK or raise `ulimit -l`"
         )),
+    }
+}
+
+fn is_enough(limit: Option<u64>, may_lock: bool) -> bool {
+    may_lock || limit.is_none_or(|bytes| bytes >= NEEDED_LOCKED_BYTES)
+}
+
+/// Populates what was allocated since, where memory is locked: real-time threads get new parts, of which nobody has touched all pages.
+pub fn populate_new_memory() {
+    if LOCKED.load(Ordering::Relaxed)
+        && let Err(why) = populate_memory()
+    {
+        tracing::warn!("{why}");
     }
 }
 
@@ -98,6 +121,18 @@ pub fn prefault_stack() {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn who_has_the_right_needs_no_limit() {
+        let asked = [
+            (Some(8 << 20), false),
+            (Some(8 << 20), true),
+            (Some(64 << 20), false),
+            (None, false),
+        ];
+        let enough = asked.map(|(limit, may_lock)| is_enough(limit, may_lock));
+        assert_eq!(enough, [false, true, true, true]);
+    }
 
     #[test]
     fn page_faults_are_counted_where_they_happen() {

@@ -28,6 +28,11 @@ pub const ALLOWED: &[(&str, c_long)] = &[
     // Its own device: frames, and bytes of the lidar.
     ("sendto", libc::SYS_sendto),
     ("recvfrom", libc::SYS_recvfrom),
+    // On 32-bit ARM these have calls of their own.
+    #[cfg(target_arch = "arm")]
+    ("send", libc::SYS_send),
+    #[cfg(target_arch = "arm")]
+    ("recv", libc::SYS_recv),
     ("read", libc::SYS_read),
     ("write", libc::SYS_write),
     // The time, where the kernel has no page for it.

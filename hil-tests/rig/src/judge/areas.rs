@@ -69,7 +69,13 @@ impl Areas {
     /// Those of a scenario with so many bodies, clones included; grants are judged where they are `heard`.
     pub(super) fn new(scenario: &Scenario, bodies: usize, heard: bool, start_ns: u64) -> Self {
         let forgets = |fault: &&ScriptedFault| {
-            let kinds = [ScriptedKind::LoseJournal, ScriptedKind::RestoreJournal];
+            // Of two, the one that stands by knows nothing of what the other one has granted.
+            let kinds = [
+                ScriptedKind::LoseJournal,
+                ScriptedKind::RestoreJournal,
+                ScriptedKind::SecondMediator,
+                ScriptedKind::CopiedMediator,
+            ];
             kinds.contains(&fault.what)
         };
         let forgets_s = { scenario.faults.iter() }

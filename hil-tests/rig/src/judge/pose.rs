@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use description::geometry::wrap_angle;
 use description::site::{ControllerConfig, Feature};
-use sim::world::STANDING_M_S;
+use sim::world::{Pose, STANDING_M_S};
 
 use super::look::{Look, Robot, place};
 use super::view::{Scenery, normal, walls_in_view};
@@ -15,6 +15,8 @@ use crate::lanes::lane_of;
 use crate::scenario::{Limits, Scenario, ScriptedFault};
 use crate::violation::ViolationKind;
 
+/// No robot drives so far from one look to the next.
+const CARRIED_M: f64 = 0.1;
 /// After a fault that misleads it a robot needs this time to correct what it believes by the walls that it sees.
 const CORRECTED_S: f64 = 2.0;
 
@@ -35,6 +37,8 @@ pub(super) struct Believed {
     view_ns: u64,
     /// It has driven by what it believes. A program that has just begun may have to be told first where it stands.
     drives: bool,
+    /// At the last look.
+    was_at: Option<Pose>,
     /// When faults of the scenario mislead it.
     misled_ns: Vec<Range<u64>>,
 }
@@ -42,9 +46,8 @@ pub(super) struct Believed {
 impl Believed {
     /// Of a robot of a scenario that begins at this time.
     pub(super) fn new(scenario: &Scenario, robot: &Robot, start_ns: u64) -> Self {
-        let misleads = |fault: &&ScriptedFault| {
-            fault.robot.as_ref() == Some(&robot.id) && fault.what.misleads()
-        };
+        let misleads =
+            |fault: &&ScriptedFault| fault.robot.as_ref() == Some(&robot.id) && fault.misleads();
         let at_ns = |at_s: f64| start_ns + (at_s * 1e9) as u64;
         let misled =
             |fault: &ScriptedFault| at_ns(fault.at_s)..at_ns(fault.until_s() + CORRECTED_S);
@@ -52,6 +55,7 @@ impl Believed {
             in_view: vec![None; robot.site.walls.len()],
             view_ns: 0,
             drives: false,
+            was_at: None,
             misled_ns: { scenario.faults.iter().filter(misleads) }
                 .map(misled)
                 .collect(),
@@ -77,6 +81,14 @@ impl Believed {
             self.drives = false;
             return;
         };
+        // Somebody has carried it.
+        let jumps = |was: Pose| {
+            let pose = look.truth.pose;
+            (pose.x_m - was.x_m).hypot(pose.y_m - was.y_m) > CARRIED_M
+        };
+        if self.was_at.replace(look.truth.pose).is_some_and(jumps) {
+            self.drives = false;
+        }
         self.drives |= look.truth.twist.v_m_s.abs() > STANDING_M_S;
         if now_ns >= self.view_ns + VIEW_NS {
             self.view_ns = now_ns;

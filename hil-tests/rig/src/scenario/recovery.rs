@@ -99,7 +99,7 @@ mod tests {
         scenario.patience_round_s = 7.0;
         let bounds = Recovery {
             calm_s: 35.0,
-            longest_stand_s: 120.0,
+            longest_stand_s: 300.0,
             done_by_s: 342.0,
         };
         assert_eq!(scenario.recovery(), Some(bounds));

@@ -94,7 +94,6 @@ pub fn words(
         // One that finds its place again drives on: whoever has more to say stops it first, and waits until it stands.
         return vec![Request::Stop];
     }
-    let was_in = was_in.filter(|_| is_any(&[Fault::PlaceUnknown]));
     let place = lost.then(|| place(world, robot, was_in)).flatten();
     let behind = (lost || is_any(&ASK_BEHIND)).then(|| free_behind(world, robot));
     let words = [place, behind.flatten(), Some(Request::Reset)];
@@ -105,6 +104,18 @@ pub fn words(
 #[must_use]
 pub fn where_it_is(world: &World, robot: usize) -> Vec<Request> {
     let words = [place(world, robot, None), free_behind(world, robot)];
+    words.into_iter().flatten().collect()
+}
+
+/// What who has carried a robot somewhere says then, where its machine is to be in this state; it goes on afterwards.
+#[must_use]
+pub fn brought_back(world: &World, robot: usize, state: Option<&str>) -> Vec<Request> {
+    let words = [
+        Some(Request::Stop),
+        place(world, robot, state),
+        free_behind(world, robot),
+        Some(Request::Reset),
+    ];
     words.into_iter().flatten().collect()
 }
 

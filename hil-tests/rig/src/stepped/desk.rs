@@ -17,6 +17,8 @@ pub struct SteppedDesk {
     /// Number of a session that has begun, 0 for none.
     lent: Arc<AtomicU64>,
     seated: bool,
+    /// Whoever has asked for it last has left since.
+    left: bool,
     teleop: Teleop,
     wish: Twist2,
     /// The program at the other end says nothing.
@@ -33,6 +35,7 @@ impl SteppedDesk {
             desk: Desk::new(symbols),
             lent: Arc::default(),
             seated: false,
+            left: false,
             teleop: Teleop::default(),
             wish: Twist2::default(),
             mute: false,
@@ -51,6 +54,7 @@ impl SteppedDesk {
     /// How the person who comes next drives.
     pub fn ask(&mut self, teleop: Teleop) {
         self.teleop = teleop;
+        self.left = false;
     }
 
     /// What the person wants from now on: forward, metres per second, and turning, radians per second. Nothing is wanted by
@@ -71,6 +75,7 @@ impl SteppedDesk {
         if std::mem::take(&mut self.seated) {
             self.desk.close(now_ns);
         }
+        self.left = true;
         self.wish = Twist2::default();
     }
 
@@ -100,6 +105,10 @@ impl SteppedDesk {
             // A program says first that nothing is wanted.
             self.desk.hear(Twist2::default(), now_ns);
             self.wish_ns = now_ns + WISH_NS;
+            if self.left {
+                // The robot took so long to answer.
+                self.leave(now_ns);
+            }
         }
         if !self.seated {
             return;

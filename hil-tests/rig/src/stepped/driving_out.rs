@@ -1,12 +1,13 @@
 //! An operator takes a robot that finds no way on by hand, as `onboard teleop` does: a little back or around, to where it has
-//! room ahead, and lets it go on.
+//! room ahead, and lets it go on. One that somebody has driven by hand before, to where it finds no way at all, he carries back.
 
 use description::geometry::{Pose2, Twist2};
 use onboard::process::ctl::{Request, Teleop};
 use onboard::symbols::faults::{Fault, FaultTable, Resumes};
-use sim::world::{Pose, STANDING_M_S, World};
+use sim::world::{Pose, STANDING_M_S, Truth, World};
 
 use super::robot::SteppedRobot;
+use crate::stand_ins::caretaker::brought_back;
 
 /// An operator comes when a robot has found no way for this long,
 const AFTER_NS: u64 = 10_000_000_000;
@@ -24,8 +25,10 @@ const LOOK_M: f64 = 1.0;
 const TIMES: u32 = 3;
 
 /// Drives one robot out.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct DrivingOut {
+    /// Where it was when somebody took it to drive it by hand, and the state of its machine.
+    taken_from: Option<(Pose, String)>,
     /// It is in hands until then.
     until_ns: Option<u64>,
     /// How often it was.
@@ -33,6 +36,11 @@ pub(super) struct DrivingOut {
 }
 
 impl DrivingOut {
+    /// Somebody drives it by hand from now on.
+    pub(super) fn is_taken_from(&mut self, pose: Pose, state: String) {
+        self.taken_from.get_or_insert((pose, state));
+    }
+
     /// Whether the robot is in hands.
     pub(super) fn lasts(&self) -> bool {
         self.until_ns.is_some()
@@ -43,7 +51,7 @@ impl DrivingOut {
         &mut self,
         robot: &mut SteppedRobot,
         faults: &FaultTable,
-        world: &World,
+        world: &mut World,
         number: usize,
         now_ns: u64,
     ) -> bool {
@@ -55,11 +63,20 @@ impl DrivingOut {
             }
             return over;
         }
-        let blocked = faults.state(Fault::NoFreeTube);
-        let waited = blocked.active != 0 && now_ns.saturating_sub(blocked.since_ns) >= AFTER_NS;
+        let waits = |fault| {
+            let own = faults.state(fault);
+            own.active != 0 && now_ns.saturating_sub(own.since_ns) >= AFTER_NS
+        };
+        let waited = waits(Fault::NoFreeTube);
+        // It has strayed, and its machine has stopped it.
+        let strayed = waits(Fault::OffLane);
         let mut active = faults.active();
         let latched = active.any(|fault| fault.resumes() == Resumes::Operator);
-        if !waited || latched || self.times == TIMES {
+        if latched || !(waited || strayed) {
+            return false;
+        }
+        if strayed || self.times == TIMES {
+            self.carry_back(robot, world, number);
             return false;
         }
         let truth = world.truth(number);
@@ -76,6 +93,22 @@ impl DrivingOut {
         robot.ask(Request::Teleop(Teleop::default()));
         robot.desk().want(motion.v_m_s, motion.omega_rad_s);
         false
+    }
+    /// To where it was taken from, once nothing is there.
+    fn carry_back(&mut self, robot: &mut SteppedRobot, world: &mut World, number: usize) {
+        let stands = |own: &Truth| own.twist.v_m_s.abs() < STANDING_M_S;
+        if !world.truth(number).as_ref().is_some_and(stands) {
+            return;
+        }
+        let from = self.taken_from.take();
+        let Some((pose, state)) = from else { return };
+        let is_free = world.clearance_at_m(number, pose, LOOK_M) >= APART_M;
+        if !is_free || world.carry(number, pose).is_err() {
+            self.taken_from = Some((pose, state));
+            return;
+        }
+        let words = brought_back(world, number, Some(&state));
+        words.into_iter().for_each(|word| robot.ask(word));
     }
 }
 

@@ -2,9 +2,9 @@
 
 use onboard::cli::Failure;
 use onboard::process::ctl::{Request, Teleop};
-use onboard::symbols::faults::FaultTable;
+use onboard::symbols::faults::{Fault, FaultTable};
 use sim::lidar::Disturbance;
-use sim::world::{Obstacle, Pose, Shape};
+use sim::world::{Obstacle, Pose, STANDING_M_S, Shape};
 
 use super::apart::is_near_a_robot;
 use super::disk::Disk;
@@ -146,10 +146,17 @@ impl Stepped<'_> {
                 { self.mediator.iter_mut() }.for_each(|own| own.drift(drift));
             }
             (ScriptedKind::Teleop, Some(number)) if begins => {
-                let teleop = Request::Teleop(Teleop::default());
-                self.ask(number, Some(teleop));
                 let [forward_m_s, turn_rad_s] = self.faults.motion(fault);
-                if let Some(robot) = &mut self.robots[number].robot {
+                let truth = self.world.lock().truth(number);
+                let member = &mut self.robots[number];
+                if let Some(robot) = &mut member.robot {
+                    if let Some(truth) = truth {
+                        let state = robot.insight().look().state;
+                        member.driving_out.is_taken_from(truth.pose, state);
+                    }
+                    robot.desk().ask(Teleop::default());
+                    // As while a reload is under way, it may be refused.
+                    robot.ask_unwanted(Request::Teleop(Teleop::default()));
                     robot.desk().want(forward_m_s, turn_rad_s);
                 }
             }
@@ -278,6 +285,16 @@ impl Stepped<'_> {
             } else {
                 FaultTable::default()
             };
+            let world = self.world.lock();
+            let speed_m_s = { world.truth(number) }.map_or(0.0, |truth| truth.twist.v_m_s.abs());
+            drop(world);
+            let is_lost = [Fault::PoseUncertain, Fault::PlaceUnknown]
+                .into_iter()
+                .any(|fault| faults.state(fault).active != 0);
+            if runs && !is_lost && speed_m_s > STANDING_M_S {
+                // From then on people would have to look.
+                member.was_in = None;
+            }
             let lasts = self.faults.hinders(number);
             let blame = Blame::Faults {
                 blamed: &|fault, since_ns| self.faults.are_blamed(number, fault, since_ns),
@@ -301,8 +318,8 @@ impl Stepped<'_> {
             }
             let member = &mut self.robots[number];
             if over && let Some(robot) = &mut member.robot {
-                let world = self.world.lock();
-                if (member.driving_out).look(robot, &faults, &world, number, now_ns) {
+                let mut world = self.world.lock();
+                if (member.driving_out).look(robot, &faults, &mut world, number, now_ns) {
                     member.sending_on.want();
                 }
             }

@@ -88,7 +88,10 @@ impl Requests {
 impl Answered {
     /// Whether nobody wanted it, and it was refused for the moment at which it was said.
     fn is_at_a_bad_moment(&self, why: &Refusal) -> bool {
-        let moment = matches!(why, Refusal::MayMove | Refusal::ByHand);
+        let moment = matches!(
+            why,
+            Refusal::MayMove | Refusal::ByHand | Refusal::AnotherReload
+        );
         moment && self.wanted == Wanted::ByNobody
     }
 }

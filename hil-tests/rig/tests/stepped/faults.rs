@@ -112,13 +112,12 @@ const DEVICES: [ScriptedKind; 12] = [
 ];
 
 /// These change nothing of this run: nothing is there to be reset, who says where the robot is
-/// says the truth, motors with power hold it on any slope and with any load, and weak brakes show where it must stop.
-const UNNOTICED: [ScriptedKind; 5] = [
+/// says the truth, and motors with power hold it on any slope and with any load.
+const UNNOTICED: [ScriptedKind; 4] = [
     ScriptedKind::Reset,
     ScriptedKind::Place,
     ScriptedKind::Slope,
     ScriptedKind::Load,
-    ScriptedKind::WeakBrakes,
 ];
 
 /// Each of these kinds alone, while the slow robot is on its way into the lay-by: the fleet comes through, and not as without it.

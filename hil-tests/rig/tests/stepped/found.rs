@@ -248,3 +248,63 @@ fn a_robot_that_its_mediator_has_elsewhere_stands_until_it_is_reset() {
     let end = fault(17.181, 3.59, ScriptedKind::EndRobot, "amr-2");
     passes("overtaking", 470, &[reboot, end]);
 }
+
+/// Who looks at an area that such a robot has left sees it empty, however near it is.
+#[test]
+fn a_robot_without_a_lease_does_not_come_back_to_where_it_was_a_moment_ago() {
+    let dead = fault(31.74, 0.422, ScriptedKind::DeadLink, "amr-1");
+    let driven = ScriptedFault {
+        motion: Some([-0.394, 0.802]),
+        ..fault(31.858, 6.781, ScriptedKind::Teleop, "amr-1")
+    };
+    passes("overtaking", 305, &[dead, driven]);
+    let lost = of_mediator(29.425, 2.711, ScriptedKind::LoseJournal);
+    passes("overtaking", 832, &[lost]);
+}
+
+/// Whoever wanted to drive it has gone before its program answers.
+#[test]
+fn a_robot_that_hangs_is_not_in_the_hands_of_who_has_left() {
+    let hangs = fault(25.02, 6.279, ScriptedKind::Hang, "amr-1");
+    let driven = ScriptedFault {
+        motion: Some([-0.382, -0.682]),
+        ..fault(26.179, 0.643, ScriptedKind::Teleop, "amr-1")
+    };
+    passes("overtaking", 662, &[hangs, driven]);
+}
+
+/// It is told where it stands, and in which state it was.
+#[test]
+fn a_robot_that_has_ended_while_its_bus_was_gone_goes_on() {
+    let gone = fault(25.36, 4.376, ScriptedKind::LoseInterface, "amr-1");
+    let ends = fault(27.965, 0.647, ScriptedKind::EndRobot, "amr-1");
+    passes("overtaking", 1581, &[gone, ends]);
+}
+
+/// A grant of the mediator that stands by is none of the one that goes on, and one of the robot none of its clone.
+#[test]
+fn who_stands_somewhere_by_what_nobody_knows_of_has_not_come_in() {
+    let copied = of_mediator(21.94, 11.059, ScriptedKind::CopiedMediator);
+    let panics = ScriptedFault {
+        thread: Some("navigation".to_owned()),
+        ..fault(31.016, 2.64, ScriptedKind::Panic, "amr-2")
+    };
+    passes("overtaking", 2199, &[copied, panics]);
+    let dead = fault(9.098, 3.08, ScriptedKind::DeadLink, "amr-2");
+    let cloned = ScriptedFault {
+        pose: Some([0.75, 0.0, 4.0]),
+        ..fault(25.993, 5.554, ScriptedKind::CloneRobot, "amr-2")
+    };
+    passes("overtaking", 1017, &[dead, cloned]);
+}
+
+/// Its operator carries it back.
+#[test]
+fn a_robot_that_was_driven_by_hand_to_where_it_finds_no_way_goes_on() {
+    let boots = fault(40.402, 0.071, ScriptedKind::RebootRobot, "amr-1");
+    let driven = ScriptedFault {
+        motion: Some([0.275, -0.952]),
+        ..fault(75.464, 89.243, ScriptedKind::Teleop, "amr-2")
+    };
+    passes("overtaking", 1023, &[boots, driven]);
+}

@@ -331,8 +331,7 @@ impl ScriptedKind {
 
     /// Whether a robot may take its pose, by no fault of its own, for another than it is: what tells it how its wheels turn, or where
     /// walls are, is wrong or late, or somebody tells it.
-    #[must_use]
-    pub fn misleads(self) -> bool {
+    pub(super) fn misleads(self) -> bool {
         matches!(
             self,
             Self::Slip

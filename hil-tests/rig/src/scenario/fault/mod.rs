@@ -82,6 +82,14 @@ impl ScriptedFault {
         self.at_s + self.for_s
     }
 
+    /// Whether a robot may take its pose for another than it is because of it. A clock misleads nobody that is as good as any in a computer.
+    #[must_use]
+    pub fn misleads(&self) -> bool {
+        const WORST_CLOCK: f64 = 0.001;
+        let drifts = self.what == ScriptedKind::Drift;
+        self.what.misleads() || drifts && self.share.is_some_and(|share| share.abs() > WORST_CLOCK)
+    }
+
     /// What is wrong with it, for a scenario with these robots, and the names of their threads.
     #[must_use]
     pub fn complaints(&self, robots: &[(&str, Vec<&str>)]) -> Vec<String> {

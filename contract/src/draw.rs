@@ -4,7 +4,8 @@ use std::collections::hash_map::RandomState;
 use std::hash::{BuildHasher, Hasher};
 
 /// A number that is drawn at random, never 0.
-pub(crate) fn draw() -> u64 {
+#[must_use]
+pub fn draw() -> u64 {
     // Hashers are seeded at random, differently in every process and each time.
     RandomState::new().build_hasher().finish() | 1
 }
