@@ -1,5 +1,5 @@
 //! Follows a scan through the robot: it is taken in, judged by the motion tubes, turned into setpoints by the next step of control, and
-//! these are in a frame. What is seen late counts as late.
+//! these are in a frame. What is seen late counts as late; what was not seen before the next scan came counts up to then.
 
 use super::eyes::Seen;
 use crate::bench::samples::Sample;
@@ -36,16 +36,19 @@ impl Chase {
     pub(super) fn look(&mut self, seen: &Seen) -> Option<Sample> {
         let coming = Step::Coming { scan: seen.scan };
         let step = self.step.unwrap_or(coming);
-        let in_time = matches!(step, Step::Coming { .. }) || seen.scan == self.scan;
-        self.missed += u64::from(!in_time);
-        let step = if in_time {
-            step
-        } else {
+        let late_ns = step.ended_ns().filter(|_| seen.scan != self.scan);
+        let late = late_ns.map(|ended_ns| Sample::from_to(ended_ns, seen.now_ns));
+        self.missed += u64::from(late.is_some());
+        let step = if late.is_some() {
             Step::Coming { scan: self.scan }
+        } else {
+            step
         };
         self.scan = seen.scan;
         let (next, sample) = match step {
-            Step::Coming { scan } if scan != seen.scan => {
+            // The sensor notes when its last byte is gone, and that may be seen after the scan: the end of the one before lies before
+            // this one's beginning.
+            Step::Coming { scan } if scan != seen.scan && seen.ended_ns >= seen.measured_ns => {
                 let (ended_ns, measured_ns) = (seen.ended_ns, seen.measured_ns);
                 let taken_in = Step::TakenIn {
                     ended_ns,
@@ -70,7 +73,19 @@ impl Chase {
             waits => (waits, None),
         };
         self.step = Some(next);
-        sample
+        sample.or(late)
+    }
+}
+
+impl Step {
+    /// When the scan that is followed has ended; none while none is.
+    fn ended_ns(self) -> Option<u64> {
+        match self {
+            Self::Coming { .. } => None,
+            Self::TakenIn { ended_ns, .. }
+            | Self::Judged { ended_ns, .. }
+            | Self::Controlled { ended_ns, .. } => Some(ended_ns),
+        }
     }
 }
 
@@ -155,7 +170,7 @@ mod tests {
     }
 
     #[test]
-    fn a_scan_that_comes_too_early_takes_the_place_of_the_other() {
+    fn a_scan_that_comes_too_early_takes_the_place_of_the_other_which_is_late() {
         let mut chase = Chase::default();
         for seen in [BEFORE, TAKEN_IN] {
             assert_eq!(chase.look(&seen), None);
@@ -167,7 +182,7 @@ mod tests {
             ended_ns: 3_000,
             ..TAKEN_IN
         };
-        assert_eq!(chase.look(&next), None);
+        assert_eq!(chase.look(&next), Some(Sample::from_to(2_000, 3_100)));
         assert_eq!(chase.missed, 1);
         let (measured_ns, ended_ns) = (2_200, 3_000);
         let expected = Step::TakenIn {
@@ -175,5 +190,26 @@ mod tests {
             measured_ns,
         };
         assert_eq!(chase.step, Some(expected));
+    }
+
+    #[test]
+    fn a_scan_that_is_seen_before_its_end_is_noted_has_not_ended_with_the_one_before() {
+        let mut chase = Chase::default();
+        let early = Seen {
+            ended_ns: BEFORE.ended_ns,
+            ..TAKEN_IN
+        };
+        for seen in [BEFORE, early, early] {
+            assert_eq!(chase.look(&seen), None);
+        }
+        for seen in [TAKEN_IN, JUDGED, CONTROLLED] {
+            assert_eq!(chase.look(&seen), None);
+        }
+        let framed = Seen {
+            frames: 53,
+            ..CONTROLLED
+        };
+        let expected = Sample::from_to(TAKEN_IN.ended_ns, framed.now_ns);
+        assert_eq!(chase.look(&framed), Some(expected));
     }
 }
