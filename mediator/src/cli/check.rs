@@ -26,14 +26,17 @@ pub(super) fn check(path: &Path) -> Result<(), Failure> {
     }
     let mut waits_for_ever = false;
     if site.areas_managed {
+        let alone: Vec<&str> = { plans.iter() }
+            .filter(|plan| !whole_floor::is_looked_at(plan))
+            .map(|plan| plan.id.as_str())
+            .collect();
         let verdict = whole_floor::look(&site, &plans);
         waits_for_ever = matches!(verdict, Verdict::May { .. } | Verdict::Starves { .. });
-        text += &describe_floor(verdict);
-        for plan in plans.iter().filter(|plan| !whole_floor::is_looked_at(plan)) {
+        text += &describe_floor(verdict, &alone);
+        for id in &alone {
             text += &format!(
-                "  not looked at: coordination {}, which takes the discrete control of some robots and lets others into areas; its net is \
-                 judged alone\n",
-                plan.id
+                "  not looked at: coordination {id}, which takes the discrete control of some robots and lets others into areas; its net is \
+                 judged alone\n"
             );
         }
     }
@@ -90,15 +93,23 @@ fn describe_site(site: &SiteConfig, setup: &Setup) -> String {
 }
 
 /// Whether robots can come to wait for ever, by the order of their areas, the coordinations, and their machines together.
-fn describe_floor(verdict: Verdict) -> String {
+/// `alone`: coordinations that are not part of it.
+fn describe_floor(verdict: Verdict, alone: &[&str]) -> String {
     match verdict {
         Verdict::Never {
             looked,
             deaths,
             stills,
         } => {
+            let only = match alone {
+                [] => String::new(),
+                ids => format!(
+                    " as far as what is not looked at here lets them ({})",
+                    ids.join(", ")
+                ),
+            };
             let mut text = format!(
-                "\nwhole floor: no robot ever waits for ever: {looked} placements of robots and nets checked; whatever stops a robot is \
+                "\nwhole floor: no robot ever waits for ever{only}: {looked} placements of robots and nets checked; whatever stops a robot is \
                  taken to send it on at last, and robots to ask for their next areas only\n"
             );
             stills.iter().for_each(|own| text += &describe_still(own));

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 
 use super::floor::Floor;
+use super::gate_net::GateNet;
 use super::graph::{Edge, Graph, Step};
 use super::starvation::{Leaving, starves};
 use super::state::{Areas, Phase, State};
@@ -96,11 +97,26 @@ fn stuck(floor: &Floor, graph: &Graph, robot: usize, dead: Option<usize>) -> Vec
             moves[edge.from as usize] = true;
         }
     }
-    let lives = |edge: &Edge| dead.is_none_or(|dead| edge.step.robot() != Some(dead));
+    let lives = |edge: &Edge| dead.is_none_or(|dead| happens_without(graph, edge, dead));
     let goes_on = graph.can_reach(|place| moves[place], lives);
     { goes_on.into_iter().zip(&graph.states) }
         .map(|(goes_on, state)| !goes_on && floor.goes_on(state, robot))
         .collect()
+}
+
+/// Whether this can happen when that robot does nothing any more: nobody takes the discrete control of one that is not heard.
+fn happens_without(graph: &Graph, edge: &Edge, dead: usize) -> bool {
+    let takes_it = || match edge.step {
+        Step::Begins(net, ..) => {
+            let after = &graph.states[edge.to as usize].controls[usize::from(net)];
+            after
+                .roles
+                .iter()
+                .any(|role| usize::from(role.robot) == dead)
+        }
+        _ => false,
+    };
+    edge.step.robot() != Some(dead) && !takes_it()
 }
 
 /// Who and what can wait for a robot that dies, and where it stands then.
@@ -119,10 +135,15 @@ fn death(floor: &Floor, graph: &Graph, robot: usize) -> Option<Death> {
         .collect();
     let mut comes_to_no_end = |is_end: &dyn Fn(&State) -> bool| {
         let is_end = |place: usize| is_end(&graph.states[place]);
-        let ends = graph.can_reach(is_end, |edge| edge.step.robot() != Some(robot));
+        let ends = graph.can_reach(is_end, |edge| happens_without(graph, edge, robot));
         take(ends.into_iter().map(|ends| !ends).collect())
     };
-    let gates = floor.gates.iter().enumerate().filter(|(number, net)| {
+    // A net that declares no end, or that never begins for want of robots, comes to none whoever lives.
+    let can_end = |(number, net): &(usize, &GateNet)| {
+        net.tokens.has_ends() && graph.states[0].gates[*number].may_begin()
+    };
+    let gates = floor.gates.iter().enumerate().filter(can_end);
+    let gates = gates.filter(|(number, net)| {
         comes_to_no_end(&|state| {
             let own = &state.gates[*number];
             own.begun && net.tokens.are_at_an_end(&own.marks)

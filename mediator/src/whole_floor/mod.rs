@@ -11,7 +11,7 @@
 //!
 //! Taken for granted is that whatever makes a robot stop sends it on at last, that people see to robots that fail, and that a robot asks
 //! for no more than its next areas. Left out are speeds, regions of situations, and coordinations that let some robots into areas and
-//! take the discrete control of others: their nets are judged alone.
+//! take the discrete control of others: their nets are judged alone, and whoever waits for them is not seen to wait.
 //!
 //! Found is, with the shortest steps that lead there, every placement from which some robot can never go on ([`Verdict::May`]), and
 //! every round in which one waits for ever while others go on, though all are fair but those of a larger priority

@@ -40,9 +40,10 @@ pub(super) fn starves(
     leaving: &Leaving<'_>,
     robot: usize,
 ) -> Option<usize> {
-    let goes_on = |edge: &Edge| match edge.step {
-        Step::Moves(own) | Step::IsGranted(own, _) => usize::from(own) == robot && !edge.outranked,
-        _ => false,
+    // A grant is not yet a way: it may have to give it back, and be granted it again, for ever.
+    let goes_on = |edge: &Edge| {
+        let moves = matches!(edge.step, Step::Moves(own) if usize::from(own) == robot);
+        moves && !edge.outranked
     };
     // Where it could go on it would, by fairness; where it has nowhere to go it misses nothing.
     let waits = (0..graph.states.len()).filter(|&place| {

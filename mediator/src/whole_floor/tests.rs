@@ -58,6 +58,19 @@ fn robots_of_the_shipped_sites_never_wait_for_ever() {
     }
 }
 
+/// Where it may end nobody knows, so nobody holds it up.
+#[test]
+fn a_net_without_ends_is_held_up_by_nobody() {
+    let shipped = text("nets/t-junction");
+    let (before, rest) = shipped.split_once("[ends]").expect("it ends");
+    let (_, after) = rest.split_once("\n[").expect("more");
+    let net = parse_net("net.toml", &format!("{before}[{after}")).expect("good");
+    let Verdict::Never { deaths, .. } = look_at(&text("sites/t-junction"), &[net]) else {
+        panic!("its robots go on");
+    };
+    assert!(deaths.len() >= 2 && deaths.iter().all(|own| own.coordinations.is_empty()));
+}
+
 #[test]
 fn two_that_keep_what_the_other_needs_block_each_other() {
     // One has the crossing and waits for the road behind it, which another has that waits for the crossing.

@@ -102,6 +102,11 @@ impl Tokens {
         &self.transitions[transition].name
     }
 
+    /// It declares where it may end.
+    pub(super) fn has_ends(&self) -> bool {
+        !self.ends.is_empty()
+    }
+
     /// Its internal places are those of a declared end.
     pub(super) fn are_at_an_end(&self, marks: &Marks) -> bool {
         self.ends.iter().any(|end| {
