@@ -50,6 +50,8 @@ use floor::Floor;
 #[cfg(test)]
 mod beside_mediator;
 #[cfg(test)]
+mod control_tests;
+#[cfg(test)]
 mod small_floors;
 #[cfg(test)]
 mod tests;
