@@ -5,7 +5,7 @@ use description::geometry::Rect;
 use sim::world::{Pose, Rectangle, Truth};
 
 use super::conduct::Conduct;
-use super::look::{Look, place};
+use super::look::{Look, is_carried, place};
 use super::violations::Violations;
 use crate::scenario::{Scenario, ScriptedFault, ScriptedKind};
 use crate::shapes::touch;
@@ -122,14 +122,16 @@ impl Areas {
     ) {
         let (robot, truth) = (&robots[look.robot].robot, look.truth);
         let body = robot.footprint.at(&truth.pose);
+        // It stands there since the start, or somebody has carried it there.
+        let is_put = before.is_none_or(|was| is_carried(&was, truth));
         for area in &mut self.areas {
             let had = |at_ns| { look.observations }.had(&robot.id, &area.id, at_ns, HEARING_NS);
             let presence = &mut area.presence[look.robot];
             let was_inside = std::mem::replace(&mut presence.inside, touch(&body, &area.inner));
             presence.excused &= presence.inside;
             presence.cleared &= presence.inside;
-            presence.excused |= before.is_none() && presence.inside;
-            if presence.inside && !was_inside && before.is_some() {
+            presence.excused |= is_put && presence.inside;
+            if presence.inside && !was_inside && !is_put {
                 presence.entered_ns = Some(truth.time_ns);
                 presence.came_ns = Some(truth.time_ns);
                 if let Some(detail) = without_lease(&robot.id, &area.id, look) {

@@ -143,8 +143,9 @@ impl Conduct {
             return;
         }
         let robot = &self.robot;
+        let how = (truth.twist.v_m_s.abs() < STANDING_M_S, kept);
         let before = { figures.states.last() }
-            .filter(|name| has_stopped(&robot.site, &robot.fsm, name, &belief.state, kept))
+            .filter(|name| has_stopped(&robot.site, &robot.fsm, name, &belief.state, how))
             .and_then(|name| robot.fsm.state(name));
         let stop_at = |pose: &Pose| {
             let instructed = self.instructed.as_ref();

@@ -31,6 +31,13 @@ pub(super) fn place(pose: &Pose) -> String {
     format!("at x = {:.2} m, y = {:.2} m", pose.x_m, pose.y_m)
 }
 
+/// Whether somebody has carried a robot from one look to the next: it is farther away than it has driven.
+pub(super) fn is_carried(was: &Truth, is: &Truth) -> bool {
+    const CARRIED_M: f64 = 0.1;
+    let way_m = (is.pose.x_m - was.pose.x_m).hypot(is.pose.y_m - was.pose.y_m);
+    way_m > CARRIED_M + (is.distance_m - was.distance_m)
+}
+
 /// What a judge knows of a robot from the files.
 #[derive(Debug)]
 pub(super) struct Robot {

@@ -4,9 +4,9 @@ use std::ops::Range;
 
 use description::geometry::wrap_angle;
 use description::site::{ControllerConfig, Feature};
-use sim::world::{Pose, STANDING_M_S};
+use sim::world::{STANDING_M_S, Truth};
 
-use super::look::{Look, Robot, place};
+use super::look::{Look, Robot, is_carried, place};
 use super::view::{Scenery, normal, walls_in_view};
 use super::violations::Violations;
 use crate::belief::Belief;
@@ -15,8 +15,6 @@ use crate::lanes::lane_of;
 use crate::scenario::{Limits, Scenario, ScriptedFault};
 use crate::violation::ViolationKind;
 
-/// No robot drives so far from one look to the next.
-const CARRIED_M: f64 = 0.1;
 /// After a fault that misleads it a robot needs this time to correct what it believes by the walls that it sees.
 const CORRECTED_S: f64 = 2.0;
 
@@ -38,7 +36,7 @@ pub(super) struct Believed {
     /// It has driven by what it believes. A program that has just begun may have to be told first where it stands.
     drives: bool,
     /// At the last look.
-    was_at: Option<Pose>,
+    was: Option<Truth>,
     /// When faults of the scenario mislead it.
     misled_ns: Vec<Range<u64>>,
 }
@@ -55,7 +53,7 @@ impl Believed {
             in_view: vec![None; robot.site.walls.len()],
             view_ns: 0,
             drives: false,
-            was_at: None,
+            was: None,
             misled_ns: { scenario.faults.iter().filter(misleads) }
                 .map(misled)
                 .collect(),
@@ -81,12 +79,8 @@ impl Believed {
             self.drives = false;
             return;
         };
-        // Somebody has carried it.
-        let jumps = |was: Pose| {
-            let pose = look.truth.pose;
-            (pose.x_m - was.x_m).hypot(pose.y_m - was.y_m) > CARRIED_M
-        };
-        if self.was_at.replace(look.truth.pose).is_some_and(jumps) {
+        let was = self.was.replace(*look.truth);
+        if was.is_some_and(|was| is_carried(&was, look.truth)) {
             self.drives = false;
         }
         self.drives |= look.truth.twist.v_m_s.abs() > STANDING_M_S;
@@ -95,7 +89,8 @@ impl Believed {
             self.look_around(robot, look, &belief.state);
         }
         let mut misled = self.misled_ns.iter();
-        if !self.drives || misled.any(|when| when.contains(&now_ns)) {
+        // One that says that it does not know stands.
+        if !self.drives || belief.uncertain || misled.any(|when| when.contains(&now_ns)) {
             return;
         }
         let error_m = [

@@ -19,21 +19,21 @@ pub enum StopKind {
 }
 
 /// Whether a robot that went from one state of its machine to another had stopped where the first one's skill stops it. It says so
-/// by the event of a finished manoeuvre. Whoever else sends it on takes it for stopped because it stands, which is no stop where
+/// by the event of a finished manoeuvre. Whoever else sends it on takes it for stopped because it `stands`, which is no stop where
 /// something `kept` it from driving; and a robot that has strayed from its lane, or starts anew, did not stop there.
 pub(super) fn has_stopped(
     site: &SiteConfig,
     fsm: &FsmConfig,
     from: &str,
     to: &str,
-    kept: bool,
+    (stands, kept): (bool, bool),
 ) -> bool {
     let between = { fsm.transitions.iter() }.filter(|one| one.from == from && one.to == to);
     let mut events = between.map(|one| site.monitor(&one.on).map(|monitor| &monitor.kind));
     events.any(|kind| match kind {
         Some(MonitorKind::ManoeuvreDone) => true,
         Some(MonitorKind::Deviation { .. }) => false,
-        _ => !kept,
+        _ => stands && !kept,
     })
 }
 
@@ -98,10 +98,12 @@ mod tests {
     fn who_is_sent_on_while_it_is_kept_from_driving_has_not_stopped() {
         let scenario = testing::scenario("course");
         let fsm = &scenario.robots[0].fsm;
-        let stopped = |from, to, kept| has_stopped(&scenario.site, fsm, from, to, kept);
+        let stopped = |from, to, kept| has_stopped(&scenario.site, fsm, from, to, (true, kept));
         // By its operator's "go".
         assert!(stopped("stop-6", "drive-6", false));
         assert!(!stopped("stop-6", "drive-6", true), "its bus may be lost");
+        let on_its_way = has_stopped(&scenario.site, fsm, "stop-6", "drive-6", (false, false));
+        assert!(!on_its_way, "it was sent on before");
         // It says itself that it is done.
         assert!(stopped("park-5", "rest-5", true));
         assert!(!stopped("park-5", "halt-5", false), "it strayed");

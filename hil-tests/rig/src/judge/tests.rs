@@ -24,6 +24,8 @@ pub(super) fn truth(at_ms: u64, x_m: f64, y_m: f64) -> Truth {
         twist: Twist::default(),
         clearance_m: 0.5,
         min_clearance_m: 0.5,
+        // So far that it has not been carried, wherever it is.
+        distance_m: at_ms as f64,
         ..Truth::default()
     }
 }

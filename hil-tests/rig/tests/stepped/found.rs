@@ -307,4 +307,18 @@ fn a_robot_that_was_driven_by_hand_to_where_it_finds_no_way_goes_on() {
         ..fault(75.464, 89.243, ScriptedKind::Teleop, "amr-2")
     };
     passes("overtaking", 1023, &[boots, driven]);
+    let driven = ScriptedFault {
+        motion: Some([0.239, 0.628]),
+        ..fault(60.031, 4.222, ScriptedKind::Teleop, "amr-1")
+    };
+    passes("overtaking", 47, &[driven]);
+}
+
+/// While it says that it does not know where it is, and when it is sent on before it has stopped, it is held to nothing.
+#[test]
+fn who_does_not_know_and_who_is_sent_on_are_not_held_to_where_they_are() {
+    let frozen = fault(66.16, 0.329, ScriptedKind::FreezeSensors, "amr-2");
+    passes("overtaking", 1956, &[frozen]);
+    let lost = of_mediator(35.631, 0.473, ScriptedKind::LoseJournal);
+    passes("overtaking", 2127, &[lost]);
 }

@@ -18,6 +18,13 @@ pub struct Program {
     pub name: String,
 }
 
+impl Program {
+    /// It is ours, which drives a robot.
+    pub fn is_a_robot(&self) -> bool {
+        self.name == "onboard"
+    }
+}
+
 impl Computer {
     /// This one.
     pub fn this() -> Self {

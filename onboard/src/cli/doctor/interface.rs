@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::computer::{Computer, listed};
+use super::computer::{Computer, Program, listed};
 use super::ethtool::{Coalescing, coalescing};
 use super::finding::Finding;
 
@@ -29,7 +29,6 @@ pub fn findings(computer: &Computer, interface: &str) -> Vec<Finding> {
     found.push(other_users(computer, interface, &folder));
     found.push(managers(computer, interface));
     found.push(waits(interface));
-    found.push(interrupt(computer, interface));
     found
 }
 
@@ -107,6 +106,9 @@ fn other_users(computer: &Computer, interface: &str, folder: &str) -> Finding {
         .collect();
     let programs =
         computer.who_has_open(|path| sockets.iter().any(|socket| path == Path::new(socket)));
+    if programs.first().is_some_and(Program::is_a_robot) {
+        return Finding::unknown(SUBJECT, format!("{} drives by it", listed(&programs)));
+    }
     let who = if programs.is_empty() {
         "another program".to_owned()
     } else {
@@ -124,6 +126,7 @@ fn managers(computer: &Computer, interface: &str) -> Finding {
     let running = MANAGERS
         .into_iter()
         .filter_map(|name| computer.runs(name))
+        .filter(|own| own.name != "NetworkManager" || !is_left_alone(computer, interface))
         .collect::<Vec<_>>();
     match running.first() {
         None => Finding::good(SUBJECT, "none that gives addresses by itself"),
@@ -143,6 +146,14 @@ fn managers(computer: &Computer, interface: &str) -> Finding {
     }
 }
 
+/// NetworkManager was told to.
+fn is_left_alone(computer: &Computer, interface: &str) -> bool {
+    let index = computer.text(&format!("/sys/class/net/{interface}/ifindex"));
+    let told =
+        index.and_then(|index| computer.text(&format!("/run/NetworkManager/devices/{index}")));
+    told.is_some_and(|text| text.lines().any(|line| line == "managed=false"))
+}
+
 /// Interfaces that save interrupts keep a frame until more have come or time has passed.
 fn waits(interface: &str) -> Finding {
     const SUBJECT: &str = "waits for more";
@@ -159,44 +170,14 @@ fn waits(interface: &str) -> Finding {
             if receive_us.max(send_us) <= LONGEST_WAIT_US {
                 Finding::good(SUBJECT, is)
             } else {
+                // One at a time: an interface that has only one of them refuses both at once.
                 Finding::weak(SUBJECT, is, format!("at most {LONGEST_WAIT_US} µs")).with(format!(
-                    "sudo ethtool -C {interface} rx-usecs 0 rx-frames 1 tx-usecs 0 tx-frames 1"
+                    "sudo ethtool -C {interface} rx-usecs 0; sudo ethtool -C {interface} tx-usecs 0"
                 ))
             }
         }
         Err(error) => Finding::unknown(SUBJECT, format!("{interface} does not tell: {error}")),
     }
-}
-
-/// Where its interrupt is served, for people who place threads.
-fn interrupt(computer: &Computer, interface: &str) -> Finding {
-    const SUBJECT: &str = "its interrupt";
-    let table = computer.text("/proc/interrupts").unwrap_or_default();
-    let is_own = |line: &&str| {
-        let action = line.split_whitespace().last().unwrap_or_default();
-        action == interface
-            || action
-                .strip_prefix(interface)
-                .is_some_and(|rest| rest.starts_with('-'))
-    };
-    let numbers: Vec<&str> = { table.lines().filter(is_own) }
-        .filter_map(|line| line.split(':').next().map(str::trim))
-        .collect();
-    if numbers.is_empty() {
-        return Finding::unknown(
-            SUBJECT,
-            format!("none by the name of {interface}: that of its USB controller, or virtual"),
-        );
-    }
-    let cores =
-        |number: &&str| computer.text(&format!("/proc/irq/{number}/effective_affinity_list"));
-    let mut cores: Vec<String> = numbers.iter().filter_map(cores).collect();
-    cores.sort();
-    cores.dedup();
-    Finding::good(
-        SUBJECT,
-        format!("{} on cores {}", numbers.join(", "), cores.join(", ")),
-    )
 }
 
 #[cfg(test)]
@@ -271,20 +252,27 @@ mod tests {
     }
 
     #[test]
-    fn managers_and_interrupts_are_told() {
+    fn a_robot_that_runs_is_no_rival_of_itself() {
+        let packet = "sk RefCnt Type Proto Iface R Rmem User Inode\n0 3 3 88a4 2 1 0 0 4711\n";
         let fake = up()
-            .with("/proc/5/comm", "NetworkManager\n")
-            .with("/proc/interrupts", "           CPU0       CPU1\n 24:  1  0  PCI-MSI  eth0-rx-0\n 25:  0  3  PCI-MSI  wlan0\n")
-            .with("/proc/irq/24/effective_affinity_list", "1\n");
+            .with("/proc/net/packet", packet)
+            .with("/proc/40/comm", "onboard\n")
+            .linking("/proc/40/fd/5", "socket:[4711]");
+        let found = other_users(&fake.computer(), "eth0", FOLDER);
+        assert_eq!(found.verdict, Verdict::Unknown);
+        assert_eq!(found.is, "onboard (40) drives by it");
+    }
+
+    #[test]
+    fn a_manager_is_told_unless_it_leaves_the_bus_alone() {
+        let fake = up().with("/proc/5/comm", "NetworkManager\n");
         let command = managers(&fake.computer(), "eth0").command;
         assert_eq!(
             command.as_deref(),
             Some("sudo nmcli device set eth0 managed no")
         );
-        assert_eq!(interrupt(&fake.computer(), "eth0").is, "24 on cores 1");
-        assert_eq!(
-            interrupt(&fake.computer(), "eth1").verdict,
-            Verdict::Unknown
-        );
+        let told = "[device]\nmanaged=false\n";
+        let fake = fake.with("/run/NetworkManager/devices/2", told);
+        assert_eq!(managers(&fake.computer(), "eth0").verdict, Verdict::Good);
     }
 }

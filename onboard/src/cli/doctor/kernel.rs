@@ -64,7 +64,7 @@ fn preemption(computer: &Computer) -> Finding {
         found.unwrap_or("no preemption inside the kernel"),
         "a kernel with PREEMPT_RT: others may hold a thread up for milliseconds",
     )
-    .with("sudo apt-get install linux-image-rt-$(dpkg --print-architecture)")
+    .with("sudo apt-get install linux-image-rt-$(dpkg --print-architecture | sed s/armhf/armmp/)")
 }
 
 fn throttling(computer: &Computer) -> Finding {

@@ -8,6 +8,7 @@ mod disk;
 mod ethtool;
 mod finding;
 mod interface;
+mod interrupts;
 mod kernel;
 mod rights;
 mod serial;
@@ -74,6 +75,7 @@ fn look(computer: &Computer, plan: &Plan, runtime: &Runtime) -> Result<Vec<Findi
     found.extend(cores::findings(computer, big, &fast_cores()));
     if let Link::Interface(interface) = &robot.ethercat.link {
         found.extend(interface::findings(computer, interface));
+        found.push(interrupts::finding(computer, interface, priority));
     }
     found.extend(serial::findings(computer, &robot.lidar.device));
     found.extend(disk::findings(

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rustix::fs::{Access, access, major, minor};
 
-use super::computer::{Computer, listed};
+use super::computer::{Computer, Program, listed};
 use super::finding::Finding;
 
 const BY_ID: &str = "/dev/serial/by-id";
@@ -95,6 +95,8 @@ fn rivals(computer: &Computer, device: &Path) -> Finding {
     let programs = computer.who_has_open(is_it);
     if programs.is_empty() {
         Finding::good(SUBJECT, "nobody has it open, as far as this user sees")
+    } else if programs.iter().all(Program::is_a_robot) {
+        Finding::unknown(SUBJECT, format!("{} drives by it", listed(&programs)))
     } else {
         Finding::bad(
             SUBJECT,
