@@ -11,10 +11,10 @@ impl Manager {
         let session = self.sessions.robot(robot);
         let is_found = session.was_found(report.boot_epoch);
         // One that was found before never speaks for the robot, whoever is heard: it stays another body.
-        let beside = session.is_alive(now_ns) || session.is_retired(report.boot_epoch);
+        let speaks = session.is_alive(now_ns) || session.is_heard();
+        let beside = speaks || session.is_retired(report.boot_epoch);
         let until_ns = self.sessions.heard_until_ns(now_ns);
-        let how = (is_found, beside || session.is_heard());
-        if (self.areas).hold_for_second(robot, report, how, until_ns) {
+        if (self.areas).hold_for_second(robot, report, (is_found, beside), until_ns) {
             self.store_robot(robot);
         }
     }

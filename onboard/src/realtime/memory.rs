@@ -1,7 +1,6 @@
 //! Memory of a real-time process: locked, populated, stacks prefaulted, page faults counted.
 
 use std::fs;
-
 use std::sync::atomic::{AtomicBool, Ordering};
 
 use rustix::mm::{MlockAllFlags, mlockall};

@@ -7,14 +7,47 @@ use super::mediator::SteppedMediator;
 use crate::scenario::ScriptedKind;
 use crate::shapes::{footprint, region, touch};
 
-impl Stepped<'_> {
+impl<'a> Stepped<'a> {
     /// Clears each area into which no body reaches, while that fault lasts.
     pub(super) fn clear_what_is_empty(&mut self) {
-        let Some(mediator) = { self.mediator.as_mut() }
-            .filter(|_| self.faults.lasts(ScriptedKind::ClearAreas, None))
-        else {
+        if self.mediator.is_none() || !self.faults.lasts(ScriptedKind::ClearAreas, None) {
+            return;
+        }
+        let empty = self.empty_areas();
+        if let Some(mediator) = &mut self.mediator {
+            empty.into_iter().for_each(|id| mediator.clear(id));
+        }
+    }
+
+    /// Who has carried a second robot of one identity away sees where the mediator still takes it to stand, and says that it is gone, once
+    /// nobody is there or may come.
+    pub(super) fn clear_of_clones(&mut self) {
+        let now_ns = self.now_ns();
+        let Some(status) = { self.told.status(now_ns) }.filter(|_| !self.clones.is_empty()) else {
             return;
         };
+        let runs = |id: &str| {
+            let mut running = self.clones.iter().filter(|own| own.is_running());
+            running.any(|own| own.of == id)
+        };
+        let gone = { status.robots.iter() }.filter(|own| !runs(&own.id));
+        let blocked: Vec<&String> = gone.flat_map(|own| &own.second_in).collect();
+        if blocked.is_empty() {
+            return;
+        }
+        let is_held = |id: &str| {
+            let mut held = status.areas.iter().filter(|own| !own.holders.is_empty());
+            held.any(|own| own.id == id)
+        };
+        let mut clear = self.empty_areas();
+        clear.retain(|id| blocked.iter().any(|own| own == id) && !is_held(id));
+        if let Some(mediator) = &mut self.mediator {
+            clear.into_iter().for_each(|id| mediator.clear(id));
+        }
+    }
+
+    /// Areas into which no body reaches.
+    fn empty_areas(&self) -> Vec<&'a str> {
         let world = self.world.lock();
         let plans = { self.plans.robots.iter() }.map(|(_, plan)| plan);
         let robots = { plans.clone() }.map(|plan| &plan.robot);
@@ -26,49 +59,12 @@ impl Stepped<'_> {
             })
             .collect();
         // All robots drive by one site.
-        for area in { plans.take(1) }.flat_map(|plan| &plan.site.areas) {
+        let areas = { plans.take(1) }.flat_map(|plan| &plan.site.areas);
+        let empty = areas.filter(|area| {
             let place = region(&area.region);
-            if !bodies.iter().any(|body| touch(body, &place)) {
-                mediator.clear(&area.id);
-            }
-        }
-    }
-
-    /// Who has carried a second robot of one identity away sees where the mediator still takes it to stand, and says that it is gone, once
-    /// nobody is there or may come.
-    pub(super) fn clear_of_clones(&mut self) {
-        let running: Vec<&str> = { self.clones.iter() }
-            .filter(|own| own.is_running())
-            .map(|own| own.of.as_str())
-            .collect();
-        let now_ns = self.now_ns();
-        let Some((mediator, status)) = self.mediator.as_mut().zip(self.told.status(now_ns)) else {
-            return;
-        };
-        let world = self.world.lock();
-        let plans = { self.plans.robots.iter() }.map(|(_, plan)| plan);
-        let bodies: Vec<Rectangle> = { plans.clone().enumerate() }
-            .filter_map(|(number, plan)| {
-                let truth = world.truth(number)?;
-                Some(footprint(&plan.robot).at(&truth.pose))
-            })
-            .collect();
-        let gone = { status.robots.iter() }.filter(|own| !running.contains(&own.id.as_str()));
-        let mut areas: Vec<&String> = gone.flat_map(|own| &own.second_in).collect();
-        areas.sort_unstable();
-        areas.dedup();
-        for id in areas {
-            let site = { plans.clone() }.find_map(|plan| plan.site.area(id));
-            let is_held =
-                { status.areas.iter() }.any(|own| own.id == *id && !own.holders.is_empty());
-            let is_free = site.is_some_and(|area| {
-                let place = region(&area.region);
-                !bodies.iter().any(|body| touch(body, &place))
-            });
-            if is_free && !is_held {
-                mediator.clear(id);
-            }
-        }
+            !bodies.iter().any(|body| touch(body, &place))
+        });
+        empty.map(|area| area.id.as_str()).collect()
     }
 
     /// The listener hears of it too: nobody has had such an area since.

@@ -94,6 +94,7 @@ impl DrivingOut {
         robot.desk().want(motion.v_m_s, motion.omega_rad_s);
         false
     }
+
     /// To where it was taken from, once nothing is there.
     fn carry_back(&mut self, robot: &mut SteppedRobot, world: &mut World, number: usize) {
         let stands = |own: &Truth| own.twist.v_m_s.abs() < STANDING_M_S;

@@ -285,9 +285,8 @@ impl Stepped<'_> {
             } else {
                 FaultTable::default()
             };
-            let world = self.world.lock();
-            let speed_m_s = { world.truth(number) }.map_or(0.0, |truth| truth.twist.v_m_s.abs());
-            drop(world);
+            let truth = self.world.lock().truth(number);
+            let speed_m_s = truth.map_or(0.0, |truth| truth.twist.v_m_s.abs());
             let is_lost = [Fault::PoseUncertain, Fault::PlaceUnknown]
                 .into_iter()
                 .any(|fault| faults.state(fault).active != 0);

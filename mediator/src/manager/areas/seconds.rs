@@ -68,14 +68,10 @@ pub(crate) struct Seconds(Vec<Second>);
 impl Seconds {
     /// Of the journal: processes that were found, where they were heard last. They are not heard now.
     pub(super) fn restore(&mut self, process: u64, areas: Vec<usize>) {
-        self.0.push(Second {
-            process,
-            sequence: 0,
-            is_found: true,
-            heard_until_ns: 0,
-            told: false,
-            holds: areas.into_iter().map(|area| (area, 0)).collect(),
-        });
+        let place = self.push(process);
+        let own = &mut self.0[place];
+        own.is_found = true;
+        own.holds = areas.into_iter().map(|area| (area, 0)).collect();
     }
 
     /// A process says where it stands.
@@ -116,24 +112,17 @@ impl Seconds {
         if let Some(place) = find(self, process) {
             return place;
         }
-        let told_apart = |own: &Self| {
-            own.0
-                .iter()
-                .filter(|second| second.process != OTHERS)
-                .count()
-        };
-        if told_apart(self) >= PROCESSES {
-            // One that is nowhere makes room.
-            let nowhere = |second: &Second| second.holds.is_empty() && second.process != OTHERS;
-            match self.0.iter().position(nowhere) {
-                Some(place) => drop(self.0.remove(place)),
-                None => match find(self, OTHERS) {
-                    Some(place) => return place,
-                    None => return self.push(OTHERS),
-                },
-            }
+        let is_told_apart = |second: &&Second| second.process != OTHERS;
+        if self.0.iter().filter(is_told_apart).count() < PROCESSES {
+            return self.push(process);
         }
-        self.push(process)
+        // One that is nowhere makes room.
+        let nowhere = |second: &Second| is_told_apart(&second) && second.holds.is_empty();
+        if let Some(place) = self.0.iter().position(nowhere) {
+            self.0.remove(place);
+            return self.push(process);
+        }
+        find(self, OTHERS).unwrap_or_else(|| self.push(OTHERS))
     }
 
     fn push(&mut self, process: u64) -> usize {
