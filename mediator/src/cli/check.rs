@@ -134,6 +134,8 @@ fn describe_floor(verdict: Verdict, alone: &[&str]) -> String {
                 .to_owned()
                 + &describe_wait(&waits)
                 + &describe_steps("after these steps", &steps)
+                + "  a place of the net that says whose turn it is helps (`closed` of config/nets/docking.toml), another order of its \
+                   transitions, or `[roles.<role>] ages_after`\n"
         }
     }
 }

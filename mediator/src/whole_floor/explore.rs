@@ -87,6 +87,7 @@ impl Floor {
                     to,
                     step,
                     outranked: self.is_outranked(&state, step),
+                    out_of_turn: self.is_out_of_turn(&state, step),
                 });
             }
         }

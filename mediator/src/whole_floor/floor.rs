@@ -9,8 +9,8 @@ use super::control_net::ControlNet;
 use super::gate_net::GateNet;
 use super::graph::Step;
 use super::route::Route;
-use super::state::{Areas, State, join};
-use super::tokens::Tokens;
+use super::state::{Areas, Phase, State, join};
+use super::tokens::{Marks, Tokens};
 use super::words::{bound, words};
 use crate::nets::{Cast, Plan};
 
@@ -287,6 +287,36 @@ impl Floor {
                     && self.asks(state, other).contains(&area)
                     && self.can_be_granted(state, other, area)
             })
+    }
+
+    /// It is a transition, and another one of its net is chosen before.
+    pub(super) fn is_out_of_turn(&self, state: &State, step: Step) -> bool {
+        let Step::Fires(net, transition) = step else {
+            return false;
+        };
+        self.running(state, net.into())
+            .is_some_and(|(tokens, marks)| tokens.is_out_of_turn(transition.into(), marks))
+    }
+
+    /// The net of this number, if it runs: first those that let robots into areas, then those that take discrete control.
+    pub(super) fn running<'a>(
+        &'a self,
+        state: &'a State,
+        number: usize,
+    ) -> Option<(&'a Tokens, &'a Marks)> {
+        let Some(control) = number.checked_sub(self.gates.len()) else {
+            let own = &state.gates[number];
+            return own
+                .begun
+                .then_some((&self.gates[number].tokens, &own.marks));
+        };
+        match &state.controls[control].phase {
+            Phase::Running { situation, marks } => {
+                let own = &self.controls[control].situations[usize::from(*situation)];
+                Some((&own.tokens, marks))
+            }
+            Phase::Idle | Phase::Yielding => None,
+        }
     }
 
     pub(super) fn can_be_granted(&self, state: &State, robot: usize, area: u16) -> bool {

@@ -38,6 +38,9 @@ pub(super) struct Edge {
     pub(super) step: Step,
     /// A grant for which another robot comes first, as long as that one asks.
     pub(super) outranked: bool,
+    /// A transition before which the executor of its net fires another one. It fires all the same behind a new start of the mediator,
+    /// which does not know what fired last, but that is not again and again.
+    pub(super) out_of_turn: bool,
 }
 
 /// Placements in the order in which they were found, the nearest first.

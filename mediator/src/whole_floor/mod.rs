@@ -3,7 +3,8 @@
 //! All placements of the robots that can be reached are explored, step by step as the mediator would let them: a robot is in the
 //! areas of its machine's state, asks for those of the states that can follow, and keeps what it has until it is there ([`Route`]).
 //! Which state follows, its machine decides by itself, by events of its skills and from outside, whatever is free. Areas that a net
-//! decides about are granted where it lets the robot in ([`GateNet`]); its transitions fire in any order.
+//! decides about are granted where it lets the robot in ([`GateNet`]); its transitions fire in any order, but for rounds without
+//! end, in which each net chooses as its executor does.
 //!
 //! Coordinations that take the discrete control of robots begin where robots are as a situation wants them, keep areas for their
 //! orders, and get out of the way or let go at any time that something may have taken too long ([`ControlNet`]). Orders come late: what

@@ -1,7 +1,8 @@
 //! Whether one robot can wait for ever while others go on.
 //!
 //! It can if they can go round and round without it, though all are fair: whatever is possible again and again happens at some
-//! time (strong fairness), but for which way a robot goes, and for grants that go to a larger priority first. What is left of the
+//! time (strong fairness), but for which way a robot goes, for grants that go to a larger priority first, and for transitions that
+//! are never the choice of their net's executor: it goes around, so that an unlucky rhythm can miss one for ever. What is left of the
 //! graph after taking out, again and again, where that would not be so, are the rounds in which a robot starves (Lichtenstein and
 //! Pnueli 1985).
 
@@ -18,8 +19,9 @@ pub(super) struct Leaving<'a> {
 
 impl<'a> Leaving<'a> {
     pub(super) fn of(graph: &'a Graph) -> Self {
-        // Nothing takes too long again and again.
-        let edges = graph.edges.iter().filter(|edge| !edge.step.is_late());
+        // Nothing takes too long again and again, and nets choose in their order.
+        let counts = |edge: &&Edge| !edge.step.is_late() && !edge.out_of_turn;
+        let edges = graph.edges.iter().filter(counts);
         let mut edges: Vec<&Edge> = edges.collect();
         edges.sort_by_key(|edge| edge.from);
         let begins = (0..=graph.states.len())

@@ -154,3 +154,16 @@ pub(super) struct State {
     pub(super) gates: Vec<GateState>,
     pub(super) controls: Vec<ControlState>,
 }
+
+impl State {
+    /// What the net of this number has marked, while it runs.
+    pub(super) fn marks_mut(&mut self, number: usize) -> Option<&mut Marks> {
+        let Some(control) = number.checked_sub(self.gates.len()) else {
+            return Some(&mut self.gates[number].marks);
+        };
+        match &mut self.controls[control].phase {
+            Phase::Running { marks, .. } => Some(marks),
+            Phase::Idle | Phase::Yielding => None,
+        }
+    }
+}

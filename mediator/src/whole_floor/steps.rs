@@ -128,33 +128,18 @@ impl Floor {
 
     /// Transitions of nets; one alone where nothing else can make a difference to it, nor it to anything else.
     fn firings(&self, state: &State, steps: &mut Vec<(Step, State)>) -> Option<(Step, State)> {
-        for (number, net) in self.gates.iter().enumerate() {
-            let own = &state.gates[number];
-            if !own.begun {
-                continue;
-            }
-            for transition in net.tokens.enabled(&own.marks) {
-                let mut after = state.clone();
-                net.tokens.fire(&mut after.gates[number].marks, transition);
-                let step = Step::Fires(number as u16, transition as u16);
-                if net.tokens.is_free(transition) {
-                    return Some((step, after));
-                }
-                steps.push((step, after));
-            }
-        }
-        for (number, net) in self.controls.iter().enumerate() {
-            let Phase::Running { situation, marks } = &state.controls[number].phase else {
+        for number in 0..self.gates.len() + self.controls.len() {
+            let Some((tokens, marks)) = self.running(state, number) else {
                 continue;
             };
-            let tokens = &net.situations[usize::from(*situation)].tokens;
-            for transition in tokens.enabled(marks) {
+            let enabled = tokens.enabled(marks);
+            for &transition in &enabled {
                 let mut after = state.clone();
-                if let Phase::Running { marks, .. } = &mut after.controls[number].phase {
+                if let Some(marks) = after.marks_mut(number) {
                     tokens.fire(marks, transition);
                 }
-                let step = Step::Fires((self.gates.len() + number) as u16, transition as u16);
-                if tokens.is_free(transition) {
+                let step = Step::Fires(number as u16, transition as u16);
+                if enabled.len() == 1 && tokens.is_free(transition) {
                     return Some((step, after));
                 }
                 steps.push((step, after));

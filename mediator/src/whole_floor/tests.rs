@@ -1,5 +1,7 @@
 //! Sites that ship, and sites made worse.
 
+use std::collections::BTreeMap;
+
 use config::{NetConfig, SiteConfig, parse_net, parse_site};
 use coordination::analysis::Limits;
 
@@ -109,22 +111,38 @@ fn a_place_kept_before_the_way_there_is_free_blocks_robots() {
 
 /// Lets one robot at a time into an area.
 fn gate(area: &str) -> NetConfig {
+    let all = ["one", "two"].map(|role| {
+        [
+            format!("let-{role}-in"),
+            format!("{role}-in"),
+            format!("{role}-out"),
+        ]
+    });
+    let order: Vec<&str> = all.iter().flatten().map(String::as_str).collect();
+    gate_of(area, &["one", "two"], &order)
+}
+
+/// That, with its transitions in this order.
+fn gate_of(area: &str, robots: &[&str], order: &[&str]) -> NetConfig {
     let mut text = format!("name = \"gate-{area}\"\n[places]\nfree = \"nobody is in\"\n");
-    let mut sections = [String::new(), String::new(), String::new(), String::new()];
-    for role in ["one", "two"] {
+    let [mut roles, mut sources, mut sinks] = [const { String::new() }; 3];
+    let mut transitions = BTreeMap::new();
+    for role in robots {
         text += &format!("{role}-may-come = \"it may\"\n{role}-inside = \"it is in\"\n");
-        sections[0] += &format!("[roles.{role}]\nprotocol = \"crossing\"\n");
-        sections[1] += &format!(
+        roles += &format!("[roles.{role}]\nprotocol = \"crossing\"\n");
+        sources += &format!(
             "{role}-asks = \"{role}.request\"\n{role}-enters = \"{role}.entered\"\n{role}-leaves = \"{role}.released\"\n"
         );
-        sections[2] += &format!("{role}-go = \"{role}.granted\"\n");
-        sections[3] += &format!(
-            "let-{role}-in = {{ from = [\"{role}-asks\", \"free\"], to = [\"{role}-may-come\", \"{role}-go\"] }}\n\
-             {role}-in = {{ from = [\"{role}-enters\", \"{role}-may-come\"], to = [\"{role}-inside\"] }}\n\
-             {role}-out = {{ from = [\"{role}-leaves\", \"{role}-inside\"], to = [\"free\"] }}\n"
-        );
+        sinks += &format!("{role}-go = \"{role}.granted\"\n");
+        transitions.extend([
+            (format!("let-{role}-in"), format!("{{ from = [\"{role}-asks\", \"free\"], to = [\"{role}-may-come\", \"{role}-go\"] }}\n")),
+            (format!("{role}-in"), format!("{{ from = [\"{role}-enters\", \"{role}-may-come\"], to = [\"{role}-inside\"] }}\n")),
+            (format!("{role}-out"), format!("{{ from = [\"{role}-leaves\", \"{role}-inside\"], to = [\"free\"] }}\n")),
+        ]);
     }
-    let [roles, sources, sinks, transitions] = sections;
+    let transitions: String = { order.iter() }
+        .map(|name| format!("{name} = {}", transitions[*name]))
+        .collect();
     text += &format!(
         "[sources]\n{sources}[sinks]\n{sinks}[transitions]\n{transitions}{roles}\
          [protocols.crossing]\nkeeper = \"mediator\"\n\
@@ -235,6 +253,36 @@ fn a_net_that_lets_others_in_again_and_again_starves_a_robot() {
     assert_eq!(waits.robot, "amr-big");
     assert!(!steps.is_empty());
     let verdict = look_at(&roomy, &[shipped_net("docking")]);
+    assert!(matches!(verdict, Verdict::Never { .. }), "{verdict:?}");
+}
+
+/// Whoever leaves lets the other one of two in that has come again meanwhile, and so for ever, though each choice is the next in order.
+#[test]
+fn a_gate_whose_order_of_choice_misses_a_robot_starves_it() {
+    let shipped = text("sites/docking").replace("capacity = 1", "capacity = 3");
+    let (floor, _) = { shipped }
+        .split_once("[coordinations.access]")
+        .map(|(floor, rest)| (floor.to_owned(), rest.to_owned()))
+        .expect("its last part");
+    let site = floor
+        + "[coordinations.access]\nnet = \"gate-access-in\"\n[coordinations.access.situations.nobody]\n\
+           one = { robot = \"amr-1\" }\ntwo = { robot = \"amr-2\" }\nthree = { robot = \"amr-big\" }\n";
+    let look = |order: &str| {
+        let order: Vec<&str> = order.split(' ').collect();
+        look_at(
+            &site,
+            &[gate_of("access-in", &["one", "two", "three"], &order)],
+        )
+    };
+    let unlucky =
+        "one-out let-two-in two-out let-one-in let-three-in three-out one-in two-in three-in";
+    let Verdict::Starves { waits, .. } = look(unlucky) else {
+        panic!("the third one is never next");
+    };
+    assert_eq!(waits.robot, "amr-big");
+    // The same transitions, and whoever leaves lets the next one in.
+    let verdict =
+        look("one-out let-two-in two-out let-three-in three-out let-one-in one-in two-in three-in");
     assert!(matches!(verdict, Verdict::Never { .. }), "{verdict:?}");
 }
 

@@ -6,21 +6,24 @@ use contract::protocols::{MEDIATOR_PARTY, ROBOT_PARTY};
 use coordination::petri::{Binding, NetModel, PlaceKind};
 use coordination::protocol::{FlagId, Position, Protocol};
 
-/// Which places are marked, one bit each.
+/// Which places are marked, one bit each, and what has fired last: behind that the executor looks for the next one.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
-pub(super) struct Marks(Vec<u64>);
+pub(super) struct Marks {
+    bits: Vec<u64>,
+    last: Option<u16>,
+}
 
 impl Marks {
     pub(super) fn has(&self, place: usize) -> bool {
-        self.0[place / 64] >> (place % 64) & 1 == 1
+        self.bits[place / 64] >> (place % 64) & 1 == 1
     }
 
     pub(super) fn set(&mut self, place: usize, marked: bool) {
         let bit = 1 << (place % 64);
         if marked {
-            self.0[place / 64] |= bit;
+            self.bits[place / 64] |= bit;
         } else {
-            self.0[place / 64] &= !bit;
+            self.bits[place / 64] &= !bit;
         }
     }
 }
@@ -54,7 +57,10 @@ impl Tokens {
             }
             marks
         };
-        let mut begin = Marks(vec![0; model.places().len().div_ceil(64)]);
+        let mut begin = Marks {
+            bits: vec![0; model.places().len().div_ceil(64)],
+            last: None,
+        };
         for (number, place) in model.places().enumerate() {
             begin.set(number, place.marked);
         }
@@ -74,23 +80,34 @@ impl Tokens {
         self.begin.clone()
     }
 
-    /// Transitions that are enabled: all of them, or one alone that takes nothing from any other.
+    /// Transitions that are enabled: all of them, the executor's choice first, or that alone if it takes nothing from any other.
     pub(super) fn enabled(&self, marks: &Marks) -> Vec<usize> {
-        let enabled = (0..self.transitions.len()).filter(|&number| {
-            let own = &self.transitions[number];
-            let takes = |place: &&usize| !own.inputs.contains(place);
-            own.inputs.iter().all(|&place| marks.has(place)) && { own.outputs.iter().filter(takes) }
-                .all(|&place| !marks.has(place))
-        });
-        let enabled: Vec<usize> = enabled.collect();
-        let free = { enabled.iter() }.find(|&&number| self.transitions[number].free);
-        free.map_or(enabled.clone(), |&free| vec![free])
+        let behind = marks.last.map_or(0, |last| usize::from(last) + 1);
+        let around = (behind..self.transitions.len()).chain(0..behind);
+        let mut enabled = around.filter(|&number| self.is_enabled(number, marks));
+        match enabled.next() {
+            Some(choice) if self.transitions[choice].free => vec![choice],
+            choice => choice.into_iter().chain(enabled).collect(),
+        }
+    }
+
+    fn is_enabled(&self, transition: usize, marks: &Marks) -> bool {
+        let own = &self.transitions[transition];
+        let takes = |place: &&usize| !own.inputs.contains(place);
+        let mut fills = own.outputs.iter().filter(takes);
+        own.inputs.iter().all(|&place| marks.has(place)) && fills.all(|&place| !marks.has(place))
+    }
+
+    /// It is enabled, but the executor fires another one before it, as long as that one is enabled.
+    pub(super) fn is_out_of_turn(&self, transition: usize, marks: &Marks) -> bool {
+        self.enabled(marks).first() != Some(&transition)
     }
 
     pub(super) fn fire(&self, marks: &mut Marks, transition: usize) {
         let own = &self.transitions[transition];
         own.inputs.iter().for_each(|&place| marks.set(place, false));
         own.outputs.iter().for_each(|&place| marks.set(place, true));
+        marks.last = Some(transition as u16);
     }
 
     /// See [`enabled`](Self::enabled).
