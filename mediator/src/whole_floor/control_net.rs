@@ -111,6 +111,9 @@ impl ControlNet {
 
     /// Reads what robots have set, and sets the flags of full sinks, as far as that follows by itself.
     pub(super) fn follow(&self, own: &mut ControlState) {
+        if let Phase::Running { marks, .. } = &mut own.phase {
+            marks.refill();
+        }
         loop {
             let mut changed = false;
             for role in 0..own.roles.len() {

@@ -117,7 +117,7 @@ impl GateNet {
     }
 
     /// Sets and reads flags as far as they follow: from where robots are (`has`: the area is its own, `is_in`: it is there, `needs`:
-    /// it wants to go there), from full sinks, and from empty sources.
+    /// it wants to go there), from full sinks, and to sources.
     pub(super) fn follow(
         &self,
         state: &mut GateState,
@@ -125,6 +125,7 @@ impl GateNet {
         is_in: impl Fn(usize, u16) -> bool,
         needs: impl Fn(usize, u16) -> bool,
     ) {
+        state.marks.refill();
         loop {
             let mut changed = false;
             for (number, role) in self.roles.iter().enumerate() {

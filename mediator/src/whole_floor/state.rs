@@ -56,7 +56,7 @@ pub(super) struct GateState {
     pub(super) roles: Vec<RoleState>,
 }
 
-/// The protocol of a role. The robot's flags are set as protocol 1 says, and read when their source is empty.
+/// The protocol of a role. The robot's flags are set as protocol 1 says, and read as far as one waits for a source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub(super) struct RoleState {
     pub(super) robot: u16,

@@ -256,6 +256,29 @@ fn a_net_that_lets_others_in_again_and_again_starves_a_robot() {
     assert!(matches!(verdict, Verdict::Never { .. }), "{verdict:?}");
 }
 
+/// A flag fills each source that is bound to it.
+#[test]
+fn a_flag_that_fills_two_sources_lets_robots_go_on() {
+    let twice = text("nets/docking")
+        .replace(
+            "[places]\n",
+            "[places]\nbig-gone = \"the lane out is still to be freed\"\n",
+        )
+        .replace(
+            "[sources]\n",
+            "[sources]\nbig-leaves-too = \"big.released\"\n",
+        )
+        .replace(
+            "to = [\"in-free\", \"out-free\", \"open\"] }\n",
+            "to = [\"in-free\", \"open\", \"big-gone\"] }\n\
+             big-frees-out = { from = [\"big-leaves-too\", \"big-gone\"], to = [\"out-free\"] }\n",
+        );
+    let net = parse_net("net.toml", &twice)
+        .unwrap_or_else(|error| panic!("{:?}", miette::Report::new(error)));
+    let verdict = look_at(&text("sites/docking"), &[net]);
+    assert!(matches!(verdict, Verdict::Never { .. }), "{verdict:?}");
+}
+
 /// Whoever leaves lets the other one of two in that has come again meanwhile, and so for ever, though each choice is the next in order.
 #[test]
 fn a_gate_whose_order_of_choice_misses_a_robot_starves_it() {

@@ -6,10 +6,12 @@ use contract::protocols::{MEDIATOR_PARTY, ROBOT_PARTY};
 use coordination::petri::{Binding, NetModel, PlaceKind};
 use coordination::protocol::{FlagId, Position, Protocol};
 
-/// Which places are marked, one bit each, and what has fired last: behind that the executor looks for the next one.
+/// Which places are marked, one bit each; for which sources one more flag waits; and what has fired last: behind that the executor looks
+/// for the next one.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash)]
 pub(super) struct Marks {
     bits: Vec<u64>,
+    waits: Vec<u64>,
     last: Option<u16>,
 }
 
@@ -24,6 +26,28 @@ impl Marks {
             self.bits[place / 64] |= bit;
         } else {
             self.bits[place / 64] &= !bit;
+        }
+    }
+
+    fn waits(&self, source: usize) -> bool {
+        self.waits[source / 64] >> (source % 64) & 1 == 1
+    }
+
+    /// A flag fills the source, or waits until it is empty.
+    fn offer(&mut self, source: usize) {
+        if self.has(source) {
+            self.waits[source / 64] |= 1 << (source % 64);
+        } else {
+            self.set(source, true);
+        }
+    }
+
+    /// What waits fills its source, where that is empty.
+    pub(super) fn refill(&mut self) {
+        for (bits, waits) in self.bits.iter_mut().zip(&mut self.waits) {
+            let fills = *waits & !*bits;
+            *bits |= fills;
+            *waits &= !fills;
         }
     }
 }
@@ -57,8 +81,10 @@ impl Tokens {
             }
             marks
         };
+        let words = model.places().len().div_ceil(64);
         let mut begin = Marks {
-            bits: vec![0; model.places().len().div_ceil(64)],
+            bits: vec![0; words],
+            waits: vec![0; words],
             last: None,
         };
         for (number, place) in model.places().enumerate() {
@@ -151,7 +177,7 @@ impl Progress {
 pub(super) struct Ports {
     pub(super) protocol: Arc<Protocol>,
     /// By flag.
-    sources: Vec<Option<usize>>,
+    sources: Vec<Vec<usize>>,
     sinks: Vec<(usize, FlagId)>,
 }
 
@@ -159,36 +185,39 @@ impl Ports {
     pub(super) fn of(model: &NetModel, role: &str, protocol: &Arc<Protocol>) -> Self {
         let bound = |flag: &str| {
             let binding = Binding::flag(role, flag);
-            model
-                .places()
-                .position(|place| place.binding == Some(&binding))
+            let places = model.places().enumerate();
+            places
+                .filter(|(_, place)| place.binding == Some(&binding))
+                .map(|(number, _)| number)
+                .collect::<Vec<usize>>()
         };
-        let flags = protocol.flags();
+        let of_mediator = protocol.flags().filter(|flag| flag.2 == MEDIATOR_PARTY);
         Self {
-            sources: flags
-                .map(|(_, flag, party)| (party == ROBOT_PARTY).then(|| bound(flag)).flatten())
+            sources: { protocol.flags() }
+                .map(|(_, flag, party)| match party {
+                    ROBOT_PARTY => bound(flag),
+                    _ => Vec::new(),
+                })
                 .collect(),
-            sinks: { protocol.flags() }
-                .filter(|flag| flag.2 == MEDIATOR_PARTY)
-                .filter_map(|(id, flag, _)| Some((bound(flag)?, id)))
+            sinks: of_mediator
+                .flat_map(|(id, flag, _)| bound(flag).into_iter().map(move |sink| (sink, id)))
                 .collect(),
             protocol: Arc::clone(protocol),
         }
     }
 
-    /// Reads the robot's next flag into its source, if that is empty.
+    /// Reads the robot's next flag into all its sources, unless one waits there already.
     pub(super) fn read(&self, marks: &mut Marks, at: &mut Progress) -> bool {
         let Some((flag, next)) = self.protocol.towards(at.read, at.set) else {
             return false;
         };
-        if let Some(source) = self.sources[flag.index()] {
-            if marks.has(source) {
-                return false;
-            }
-            marks.set(source, true);
+        let sources = &self.sources[flag.index()];
+        let is_open = sources.iter().all(|&source| !marks.waits(source));
+        if is_open {
+            sources.iter().for_each(|&source| marks.offer(source));
+            at.read = next;
         }
-        at.read = next;
-        true
+        is_open
     }
 
     /// Sets the mediator's flag of a full sink, where it is next.
