@@ -78,7 +78,7 @@ pub struct Limits {
     /// Transitions, sinks and protocols looked at, over all states: what bounds the time.
     pub looks: u64,
     /// With the feature `symbolic`: nodes of decision diagrams, in which a net is looked at that has more
-    /// states or steps than these limits allow. Each takes some tens of bytes.
+    /// states or steps than these limits allow. Each takes some tens of bytes; 2²⁸ at most (2²⁴ where addresses have 32 bits).
     pub nodes: usize,
     /// The time for that.
     pub time: Duration,

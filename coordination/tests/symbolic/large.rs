@@ -106,6 +106,25 @@ fn a_gate_that_one_of_a_hundred_robots_does_not_give_back_is_refused() {
     assert_eq!(refusal.trace.unwrap().steps.len(), 5 + 100);
 }
 
+/// As much as there is of everything.
+#[test]
+fn limits_may_be_as_large_as_they_can() {
+    let (net, uses) = gate(8);
+    let all = Limits {
+        states: 0,
+        steps: usize::MAX,
+        looks: u64::MAX,
+        nodes: usize::MAX,
+        time: Duration::MAX,
+        waiting: u8::MAX,
+    };
+    let proof = check(&net, &uses, &all).unwrap_or_else(|refusal| panic!("{refusal}"));
+    assert_eq!(
+        proof.report().states,
+        each(&net, &uses).unwrap().report().states
+    );
+}
+
 #[test]
 fn two_hundred_searches_follow_each_other() {
     let limits = Limits {

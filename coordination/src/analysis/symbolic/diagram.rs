@@ -29,6 +29,13 @@ impl From<OutOfMemory> for Exhausted {
 /// What an operation on sets gives.
 pub(super) type Grown<T> = Result<T, Exhausted>;
 
+/// The most nodes: memory for all of them is reserved, though not used, from the beginning.
+const MOST_NODES: usize = if cfg!(target_pointer_width = "64") {
+    1 << 28
+} else {
+    1 << 24
+};
+
 /// The most results that are cached.
 const MOST_CACHED: usize = 1 << 20;
 
@@ -49,7 +56,7 @@ impl Diagram {
     /// A diagram of up to `nodes` nodes over `variables` variables, the first on top.
     pub(super) fn new(variables: u32, nodes: usize) -> Self {
         let cached = nodes.clamp(1 << 10, MOST_CACHED);
-        let capacity = nodes.max(variables as usize * 2);
+        let capacity = nodes.min(MOST_NODES).max(variables as usize * 2);
         let manager = new_manager(capacity, cached, 1);
         manager.with_manager_exclusive(|manager| manager.add_vars(variables));
         Self { manager, capacity }

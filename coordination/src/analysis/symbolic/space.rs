@@ -13,7 +13,8 @@ pub(super) struct Space<'a> {
     pub(super) closed: &'a Closed<'a>,
     pub(super) rules: Rules,
     pub(super) diagram: Diagram,
-    ends_at: Instant,
+    /// None: there is time without end.
+    ends_at: Option<Instant>,
 }
 
 impl<'a> Space<'a> {
@@ -31,7 +32,7 @@ impl<'a> Space<'a> {
             closed,
             rules,
             diagram,
-            ends_at: begun + limits.time,
+            ends_at: begun.checked_add(limits.time),
         }
     }
 
@@ -55,7 +56,7 @@ impl<'a> Space<'a> {
     /// Tidies up, and sees whether there is time left.
     pub(super) fn breathe(&self) -> Grown<()> {
         self.diagram.tidy();
-        if Instant::now() > self.ends_at {
+        if { self.ends_at }.is_some_and(|end| Instant::now() > end) {
             return Err(Exhausted::Time);
         }
         Ok(())
