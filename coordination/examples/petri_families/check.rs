@@ -19,39 +19,33 @@ const EFFORT: Effort = Effort {
 const AGAIN: usize = 2;
 
 /// How many times as fast as the plain executor in C ours is at least: half of what a release build is to
-/// reach, 10 and 6 in rounds, 4 for one firing, and 1 in generation. Generation of large nets does not reach
-/// even that half, and is not judged: that stays to be done.
+/// reach, 10 and 6 in rounds, 4 for one firing, and 1 in generation.
 struct Floor {
     family: Family,
     p: usize,
-    generate: Option<f64>,
     one: f64,
     saturated: f64,
 }
 
 const FLOORS: [Floor; 10] = [
-    floor(Family::Seq, 20, Some(0.5), [2.0, 5.0]),
-    floor(Family::Pr1, 20, Some(0.5), [2.0, 5.0]),
-    floor(Family::P1r, 20, Some(0.5), [2.0, 5.0]),
-    floor(Family::Ph, 20, Some(0.5), [2.0, 5.0]),
-    floor(Family::Square, 20, None, [2.0, 5.0]),
-    floor(Family::Seq, 100, None, [2.0, 3.0]),
-    floor(Family::Pr1, 100, None, [2.0, 3.0]),
-    floor(Family::P1r, 100, None, [2.0, 3.0]),
-    floor(Family::Ph, 100, None, [2.0, 3.0]),
-    floor(Family::Square, 10, None, [2.0, 3.0]),
+    floor(Family::Seq, 20, [2.0, 5.0]),
+    floor(Family::Pr1, 20, [2.0, 5.0]),
+    floor(Family::P1r, 20, [2.0, 5.0]),
+    floor(Family::Ph, 20, [2.0, 5.0]),
+    floor(Family::Square, 20, [2.0, 5.0]),
+    floor(Family::Seq, 100, [2.0, 3.0]),
+    floor(Family::Pr1, 100, [2.0, 3.0]),
+    floor(Family::P1r, 100, [2.0, 3.0]),
+    floor(Family::Ph, 100, [2.0, 3.0]),
+    floor(Family::Square, 10, [2.0, 3.0]),
 ];
 
-const fn floor(
-    family: Family,
-    p: usize,
-    generate: Option<f64>,
-    [one, saturated]: [f64; 2],
-) -> Floor {
+const GENERATION: f64 = 0.5;
+
+const fn floor(family: Family, p: usize, [one, saturated]: [f64; 2]) -> Floor {
     Floor {
         family,
         p,
-        generate,
         one,
         saturated,
     }
@@ -69,17 +63,20 @@ const STEP: f64 = 30.0;
 
 /// Whether every threshold is met; those that are missed are printed on standard error.
 pub fn passes(rival: Option<&Rival>) -> bool {
-    let mut all = true;
+    let mut all = rival.is_some();
+    if !all {
+        eprintln!(
+            "there is nothing to compare with: the plain executor needs a C compiler (`cc`) when this example is built"
+        );
+    }
     println!("what,measured,threshold");
     for floor in FLOORS.iter().filter(|_| rival.is_some()) {
         let name = |mode| format!("{}({}) {mode}", floor.family.name(), floor.p);
         let model = floor.family.model(floor.p);
-        if let Some(least) = floor.generate {
-            all &= judge(&name("generate"), least, Bound::AtLeast, || {
-                let generation = measure::generation(&model, rival, EFFORT);
-                generation.theirs.unwrap_or(f64::NAN) / generation.ours
-            });
-        }
+        all &= judge(&name("generate"), GENERATION, Bound::AtLeast, || {
+            let generation = measure::generation(&model, rival, EFFORT);
+            generation.theirs.unwrap_or(f64::NAN) / generation.ours
+        });
         for (mode, least) in [(Mode::One, floor.one), (Mode::Saturated, floor.saturated)] {
             all &= judge(&name(mode.name()), least, Bound::AtLeast, || {
                 let (ours, theirs) = measure::evaluation(&model, mode, rival, EFFORT);

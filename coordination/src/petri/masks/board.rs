@@ -1,6 +1,6 @@
 //! One block that runs, in registers; see [masks](super).
 
-use super::layout::{BITS, Layout, Pair, Row};
+use super::layout::{BITS, Layout, Row};
 use super::state::{Block, State};
 use crate::petri::bits::lowest;
 use crate::petri::ports::{PortChange, Ports};
@@ -12,52 +12,6 @@ pub(super) struct Board {
     pub(super) marks: u64,
     pub(super) todo: u64,
     pub(super) fresh: u64,
-    pub(super) shared: u64,
-    pub(super) active: u64,
-}
-
-/// A transition.
-pub(super) trait Ask: Sized {
-    fn all(layout: &Layout) -> &[Self];
-    fn is_met(&self, board: &Board) -> bool;
-    fn fire(&self, board: &mut Board);
-}
-
-impl Ask for Row {
-    #[inline(always)]
-    fn all(layout: &Layout) -> &[Self] {
-        &layout.rows
-    }
-
-    #[inline(always)]
-    fn is_met(&self, board: &Board) -> bool {
-        self.is_met(board.marks)
-    }
-
-    #[inline(always)]
-    fn fire(&self, board: &mut Board) {
-        board.marks ^= self.flip;
-        board.todo |= self.wakes;
-    }
-}
-
-impl Ask for Pair {
-    #[inline(always)]
-    fn all(layout: &Layout) -> &[Self] {
-        &layout.pairs
-    }
-
-    #[inline(always)]
-    fn is_met(&self, board: &Board) -> bool {
-        self.own.is_met(board.marks) && self.shared.is_met(board.shared)
-    }
-
-    #[inline(always)]
-    fn fire(&self, board: &mut Board) {
-        self.own.fire(board);
-        board.shared ^= self.shared.flip;
-        board.active |= self.shared.wakes;
-    }
 }
 
 /// The ports, and what the transitions of a block do to them.
@@ -101,19 +55,23 @@ impl Board {
             marks: state.now.marks,
             todo: state.now.todo,
             fresh: state.now.fresh,
-            shared: state.shared,
-            active: state.active,
         }
+    }
+
+    #[inline(always)]
+    fn fire(&mut self, row: &Row) {
+        self.marks ^= row.flip;
+        self.todo |= row.wakes;
     }
 
     /// Of the transitions that are to do and in `among`, the first that is enabled; takes out those
     /// before it.
     #[inline(always)]
-    pub(super) fn search(&mut self, all: &[impl Ask], mut among: u64) -> Option<usize> {
+    pub(super) fn search(&mut self, all: &[Row], mut among: u64) -> Option<usize> {
         loop {
             among &= self.todo;
             let lane = lowest(among)?;
-            if all[lane].is_met(self) {
+            if all[lane].is_met(self.marks) {
                 return Some(lane);
             }
             self.todo &= !(among & among.wrapping_neg());
@@ -125,7 +83,7 @@ impl Board {
     #[inline(always)]
     pub(super) fn run<const PORTS: bool>(
         &mut self,
-        all: &[impl Ask],
+        all: &[Row],
         outside: &mut Outside<'_>,
         mut lane: usize,
         left: &mut u32,
@@ -136,7 +94,7 @@ impl Board {
         let mut bit = 1 << lane;
         let mut rest = &all[lane..];
         while let [one, behind @ ..] = rest {
-            one.fire(&mut board);
+            board.fire(one);
             board.fresh ^= bit;
             lane = all.len() - rest.len();
             on_fire(lane);
@@ -152,7 +110,7 @@ impl Board {
             bit <<= 1;
             if board.fresh & bit != 0 {
                 if let [next, ..] = behind
-                    && next.is_met(&board)
+                    && next.is_met(board.marks)
                 {
                     rest = behind;
                     continue;
@@ -163,7 +121,7 @@ impl Board {
                 if board.fresh & bit != 0
                     && let [_, behind @ ..] = behind
                     && let [next, ..] = behind
-                    && next.is_met(&board)
+                    && next.is_met(board.marks)
                 {
                     rest = behind;
                     continue;

@@ -5,7 +5,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::cuts::Cuts;
-use super::layout::{BITS, Layout, Pair, Row, Spot};
+use super::layout::{BITS, Layout, Row};
 use super::state::{Block, State};
 use crate::event::EventId;
 use crate::petri::bits::lowest;
@@ -38,9 +38,10 @@ pub(in crate::petri) fn compile(
 pub(in crate::petri) fn nothing() -> (Layout, State) {
     let layout = Layout {
         rows: Box::default(),
-        pairs: Box::default(),
         spots: Box::default(),
         users: Box::default(),
+        shared: 0,
+        neighbours: Box::default(),
         has_ports: false,
         ports_of: Box::default(),
         port_changes: Box::default(),
@@ -106,6 +107,48 @@ fn woken(row: &Row, users: &Users) -> u64 {
     woken
 }
 
+/// Adds what a transition, the one of this lane, asks and does, place by place; `bit_of` says where each is.
+#[inline(always)]
+fn row_of(
+    arcs: Arcs<'_>,
+    lane: usize,
+    users: &mut Users,
+    bit_of: impl Fn(PlaceId) -> usize,
+) -> Row {
+    let mut row = Row::default();
+    if arcs.has_self_loop {
+        for_conditions(arcs, |place, demand| {
+            let bit = bit_of(place) % BITS;
+            row.add(1 << bit, demand);
+            users[bit][usize::from(demand.is_met(true))] |= 1 << lane;
+        });
+        return row;
+    }
+    let (inputs, outputs) = arcs.places.split_at(arcs.inputs);
+    for &place in inputs {
+        let bit = bit_of(place) % BITS;
+        row.value |= 1 << bit;
+        users[bit][1] |= 1 << lane;
+    }
+    row.mask = row.value;
+    for &place in outputs {
+        let bit = bit_of(place) % BITS;
+        row.mask |= 1 << bit;
+        users[bit][0] |= 1 << lane;
+    }
+    row.flip = row.mask;
+    row
+}
+
+/// Adds which transitions of the block the firings of its rows may enable.
+#[inline(always)]
+fn add_wakes(rows: &mut [Row], users: &Users) {
+    for (lane, row) in rows.iter_mut().enumerate() {
+        // One that changes nothing stays enabled.
+        row.wakes = u64::from(row.flip == 0) << lane | woken(row, users);
+    }
+}
+
 /// The bits of the places are their numbers.
 fn one_word(structure: &Structure) -> (Layout, State) {
     let mut now = Block::new(0, structure.transition_count());
@@ -115,37 +158,16 @@ fn one_word(structure: &Structure) -> (Layout, State) {
     let mut users = [[0; 2]; BITS];
     let mut rows = Vec::with_capacity(structure.transition_count() + 1);
     for (lane, arcs) in structure.arcs().enumerate() {
-        let mut row = Row::default();
-        if arcs.has_self_loop {
-            for_conditions(arcs, |place, demand| {
-                row.add(1 << (place.index() % BITS), demand);
-                users[place.index() % BITS][usize::from(demand.is_met(true))] |= 1 << lane;
-            });
-        } else {
-            let (inputs, outputs) = arcs.places.split_at(arcs.inputs);
-            for place in inputs {
-                row.value |= 1 << (place.index() % BITS);
-                users[place.index() % BITS][1] |= 1 << lane;
-            }
-            row.mask = row.value;
-            for place in outputs {
-                row.mask |= 1 << (place.index() % BITS);
-                users[place.index() % BITS][0] |= 1 << lane;
-            }
-            row.flip = row.mask;
-        }
-        rows.push(row);
+        rows.push(row_of(arcs, lane, &mut users, PlaceId::index));
     }
-    for (lane, row) in rows.iter_mut().enumerate() {
-        // One that changes nothing stays enabled.
-        row.wakes = u64::from(row.flip == 0) << lane | woken(row, &users);
-    }
+    add_wakes(&mut rows, &users);
     rows.push(Row::NEVER);
     let layout = Layout {
         rows: rows.into(),
-        pairs: Box::default(),
         spots: Box::default(),
         users: users[..structure.place_count()].into(),
+        shared: 0,
+        neighbours: Box::default(),
         has_ports: false,
         ports_of: Box::default(),
         port_changes: Box::default(),
@@ -154,109 +176,55 @@ fn one_word(structure: &Structure) -> (Layout, State) {
 }
 
 fn several_words(structure: &Structure, cuts: Cuts) -> (Layout, State) {
-    let Cuts { blocks, spots } = cuts;
+    let Cuts {
+        blocks,
+        spots,
+        shared,
+    } = cuts;
     let mut states: Box<[Block]> = { blocks.iter() }
         .map(|block| Block::new(block.start, block.len()))
         .collect();
-    let mut shared_marks = 0;
+    let last = states.len() - 1;
     for (spot, &is_marked) in spots.iter().zip(&structure.marked) {
-        let marks = match spot.is_shared() {
-            true => &mut shared_marks,
-            false => &mut states[usize::from(spot.block)].marks,
-        };
-        *marks |= u64::from(is_marked) << spot.bit;
+        // Shared ones in the block that runs first.
+        let block = usize::from(spot.block).min(last);
+        states[block].marks |= u64::from(is_marked) << spot.bit;
     }
-    let mut pairs: Vec<Pair> = Vec::with_capacity(structure.transition_count() + 1);
-    // By block, of its own word.
-    let mut users_of = vec![[[0; 2]; BITS]; blocks.len()];
-    // By bit of the shared word: the blocks that need the place empty or marked.
-    let mut blocks_of: Users = [[0; 2]; BITS];
+    let mut rows: Vec<Row> = Vec::with_capacity(structure.transition_count() + 1);
+    let mut users_of: Vec<Users> = vec![[[0; 2]; BITS]; blocks.len()];
+    let mut neighbours = vec![[0; 2]; shared.count_ones() as usize];
     let mut all = structure.arcs();
-    for ((number, state), own_users) in states.iter_mut().enumerate().zip(&mut users_of) {
-        // Of the block's own word, and of the shared one.
-        let mut users: [Users; 2] = [[[0; 2]; BITS]; 2];
+    for ((number, state), users) in states.iter_mut().enumerate().zip(&mut users_of) {
         for (lane, arcs) in all.by_ref().take(state.end - state.first).enumerate() {
-            let mut pair = Pair::default();
-            if arcs.has_self_loop {
-                for_conditions(arcs, |place, demand| {
-                    let when = usize::from(demand.is_met(true));
-                    let [own, shared] = words_of(&[place], &spots, lane, when, &mut users);
-                    pair.own.add(own, demand);
-                    pair.shared.add(shared, demand);
-                });
-            } else {
-                let (inputs, outputs) = arcs.places.split_at(arcs.inputs);
-                let [own, shared] = words_of(inputs, &spots, lane, 1, &mut users);
-                (pair.own.value, pair.shared.value) = (own, shared);
-                let [more, further] = words_of(outputs, &spots, lane, 0, &mut users);
-                (pair.own.mask, pair.shared.mask) = (own | more, shared | further);
-                (pair.own.flip, pair.shared.flip) = (pair.own.mask, pair.shared.mask);
-            }
-            pairs.push(pair);
+            let row = row_of(arcs, lane, users, |place| spots[place.index()].bit.into());
+            state.on_shared |= u64::from(row.mask & shared != 0) << lane;
+            rows.push(row);
         }
-        for (lane, Pair { own, shared }) in pairs[state.first..].iter_mut().enumerate() {
-            own.wakes = woken(own, &users[0]) | woken(shared, &users[1]);
-            own.wakes |= u64::from(own.flip | shared.flip == 0) << lane;
-            state.on_shared |= u64::from(shared.mask != 0) << lane;
-        }
-        let shared_users;
-        [*own_users, shared_users] = users;
-        for (blocks, users) in blocks_of.iter_mut().zip(&shared_users) {
+        add_wakes(&mut rows[state.first..], users);
+        for (blocks, users) in neighbours.iter_mut().zip(&*users) {
             for (blocks, users) in blocks.iter_mut().zip(users) {
                 *blocks |= u64::from(*users != 0) << number;
             }
         }
     }
-    for (number, state) in states.iter().enumerate() {
-        for Pair { shared, .. } in &mut pairs[state.first..state.end] {
-            shared.wakes = woken(shared, &blocks_of) & !(1 << number);
-        }
-    }
     let users = spots.iter().map(|spot| match spot.is_shared() {
-        true => blocks_of[usize::from(spot.bit)],
+        true => neighbours[usize::from(spot.bit)],
         false => users_of[usize::from(spot.block)][usize::from(spot.bit)],
     });
     let users = users.collect();
-    pairs.push(Pair {
-        own: Row::NEVER,
-        shared: Row::default(),
-    });
-    let (rows, pairs) = match blocks_of.iter().any(|blocks| blocks[0] | blocks[1] != 0) {
-        true => (Box::default(), pairs.into()),
-        false => (pairs.iter().map(|pair| pair.own).collect(), Box::default()),
-    };
+    rows.push(Row::NEVER);
     let layout = Layout {
-        rows,
-        pairs,
+        rows: rows.into(),
         spots: spots.into(),
         users,
+        shared,
+        neighbours: neighbours.into(),
         has_ports: false,
         ports_of: Box::default(),
         port_changes: Box::default(),
     };
     let first = states[0];
-    (layout, State::new(first, states, shared_marks))
-}
-
-/// The words of these places, own and shared, of which the transition `lane` is a user that needs them
-/// empty or marked.
-#[inline(always)]
-fn words_of(
-    places: &[PlaceId],
-    spots: &[Spot],
-    lane: usize,
-    when: usize,
-    users: &mut [Users; 2],
-) -> [u64; 2] {
-    let (mut own, mut shared) = (0, 0);
-    for place in places {
-        let spot = spots[place.index()];
-        own |= if spot.is_shared() { 0 } else { spot.mask() };
-        shared |= if spot.is_shared() { spot.mask() } else { 0 };
-        let users = &mut users[usize::from(spot.is_shared())];
-        users[usize::from(spot.bit) % BITS][when] |= 1 << lane;
-    }
-    [own, shared]
+    (layout, State::new(first, states, shared))
 }
 
 /// Adds which sources and sinks each transition changes, in the order of its arcs.

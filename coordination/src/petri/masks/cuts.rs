@@ -5,9 +5,9 @@ use alloc::vec::Vec;
 use core::ops::Range;
 
 use super::layout::{BITS, MAX_BLOCKS, Spot};
-use crate::petri::model::Structure;
+use crate::petri::model::{Structure, Use};
 
-/// How many transitions a block may be shorter, if fewer places reach across its end then.
+/// How many transitions a block may be shorter, if fewer places reach across its end then; at most half.
 const SHORTER: usize = 31;
 
 pub(super) struct Cuts {
@@ -15,6 +15,8 @@ pub(super) struct Cuts {
     pub(super) blocks: Vec<Range<usize>>,
     /// By place.
     pub(super) spots: Vec<Spot>,
+    /// The bits of the shared places, the lowest ones.
+    pub(super) shared: u64,
 }
 
 impl Cuts {
@@ -24,34 +26,56 @@ impl Cuts {
         if transitions > BITS * MAX_BLOCKS || places > BITS * (MAX_BLOCKS + 1) {
             return None;
         }
-        let blocks = blocks(structure)?;
         let mut block_of = vec![0; transitions];
-        for (block, number) in blocks.iter().zip(0..) {
-            block_of[block.clone()].fill(number);
-        }
-        // How many bits of each word are used; of the shared one last.
-        let mut used = [0; MAX_BLOCKS + 1];
-        let mut spots = Vec::with_capacity(places);
-        for user in &structure.uses {
-            let [first, last] = user.transitions().map(|transition| block_of[transition]);
-            let (block, word) = if first == last && places > BITS {
-                (first, usize::from(first))
-            } else {
-                (Spot::SHARED, MAX_BLOCKS)
+        // Shorter blocks may share more places, which leaves less room for others, and so on.
+        let mut room = BITS;
+        loop {
+            let blocks = blocks(structure, room)?;
+            for (block, number) in blocks.iter().zip(0..) {
+                block_of[block.clone()].fill(number);
+            }
+            // Where all places fit into a word, that is the word of all.
+            let block_of = |user: &Use| {
+                let [first, last] = user.transitions().map(|transition| block_of[transition]);
+                (first == last && places > BITS).then_some(first)
             };
-            if used[word] == BITS as u8 {
+            let own = structure.uses.iter().filter_map(block_of);
+            let mut count = [0; MAX_BLOCKS];
+            own.for_each(|block| count[usize::from(block)] += 1);
+            let shared = places - count.iter().sum::<usize>();
+            let most = count.iter().max().copied().unwrap_or_default();
+            if shared > BITS {
                 return None;
             }
-            let bit = used[word];
-            used[word] += 1;
-            spots.push(Spot { block, bit });
+            if most + shared > BITS {
+                // Fewer each time.
+                room = (BITS - shared).min(room - 1);
+                continue;
+            }
+            let mut next = [shared as u8; MAX_BLOCKS];
+            let mut next_shared = 0;
+            let spots = { structure.uses.iter().map(block_of) }.map(|block| {
+                let (block, next) = match block {
+                    Some(block) => (block, &mut next[usize::from(block)]),
+                    None => (Spot::SHARED, &mut next_shared),
+                };
+                *next += 1;
+                Spot {
+                    block,
+                    bit: *next - 1,
+                }
+            });
+            return Some(Self {
+                spots: spots.collect(),
+                blocks,
+                shared: !(!0_u64).checked_shl(shared as u32).unwrap_or_default(),
+            });
         }
-        Some(Self { blocks, spots })
     }
 }
 
-/// As few as the places allow, and each cut where few places reach across.
-fn blocks(structure: &Structure) -> Option<Vec<Range<usize>>> {
+/// As few as the places allow, `room` in each, and each cut where few places reach across.
+fn blocks(structure: &Structure, room: usize) -> Option<Vec<Range<usize>>> {
     let transitions = structure.transition_count();
     // By transition: how many places it is the first to mention, and the last.
     let mut begin = vec![0_u16; transitions];
@@ -73,14 +97,14 @@ fn blocks(structure: &Structure) -> Option<Vec<Range<usize>>> {
         let (mut ahead, mut farthest) = ([0; BITS], 0);
         for transition in start..transitions.min(start + BITS) {
             places += usize::from(begin[transition]);
-            if places > BITS && transition > start {
+            if places > room && transition > start {
                 break;
             }
             reach = reach + usize::from(begin[transition]) - usize::from(end[transition]);
             ahead[transition - start] = reach;
             farthest = transition - start + 1;
         }
-        let nearest = farthest.saturating_sub(SHORTER + 1);
+        let nearest = farthest.saturating_sub(SHORTER + 1).max(farthest / 2);
         for (&reach, length) in ahead[nearest..farthest].iter().zip(nearest + 1..) {
             if reach <= fewest {
                 (stop, fewest) = (start + length, reach);

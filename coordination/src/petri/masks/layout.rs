@@ -23,8 +23,7 @@ pub(in crate::petri) struct Row {
     pub(in crate::petri) value: u64,
     /// The places that change.
     pub(in crate::petri) flip: u64,
-    /// Which may be enabled then: of its own word, transitions of its block; of the shared one, other
-    /// blocks.
+    /// The transitions of its block that may be enabled then.
     pub(in crate::petri) wakes: u64,
 }
 
@@ -40,14 +39,6 @@ impl Row {
     pub(in crate::petri) fn is_met(&self, marks: u64) -> bool {
         marks & self.mask == self.value
     }
-}
-
-/// What a transition of a net with shared places asks and does.
-#[derive(Clone, Copy, Debug, Default)]
-#[repr(align(64))]
-pub(in crate::petri) struct Pair {
-    pub(in crate::petri) own: Row,
-    pub(in crate::petri) shared: Row,
 }
 
 /// Where a place is.
@@ -73,15 +64,18 @@ impl Spot {
 
 #[derive(Clone, Debug)]
 pub(in crate::petri) struct Layout {
-    /// By transition, and at last one that is never met; empty if some places are shared.
+    /// By transition, and at last one that is never met.
     pub(in crate::petri) rows: Box<[Row]>,
-    /// The same of a net with shared places.
-    pub(in crate::petri) pairs: Box<[Pair]>,
     /// By place; empty if the net is one word, whose bits are the places in order.
     pub(in crate::petri) spots: Box<[Spot]>,
     /// By place: those that may be enabled when it is emptied, and when it is marked. Of a place of a
     /// block, transitions; of a shared one, blocks.
     pub(in crate::petri) users: Box<[[u64; 2]]>,
+    /// The bits of the shared places, in the word of every block.
+    pub(in crate::petri) shared: u64,
+    /// By bit of a shared place: the blocks that may have something to do when it is emptied, and when it is
+    /// marked.
+    pub(in crate::petri) neighbours: Box<[[u64; 2]]>,
     pub(in crate::petri) has_ports: bool,
     /// By transition: its [`PortChange`]s; empty if the net has no ports.
     pub(in crate::petri) ports_of: Box<[Span]>,

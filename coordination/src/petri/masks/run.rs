@@ -1,7 +1,7 @@
 //! Firing; see [masks](super).
 
-use super::board::{Ask, Board, Outside};
-use super::layout::{BITS, Layout, Pair, Row};
+use super::board::{Board, Outside};
+use super::layout::{BITS, Layout, Row};
 use super::state::State;
 use crate::petri::bits::{above, lowest};
 use crate::petri::evaluation::Allowance;
@@ -17,13 +17,11 @@ impl State {
         layout: &Layout,
         ports: &mut Ports,
     ) -> Option<(usize, bool)> {
-        let Some([one, behind]) = layout.rows.get(self.next..).and_then(<[_]>::first_chunk) else {
-            return self.step_in_pairs(layout, ports);
-        };
+        let [one, behind] = layout.rows.get(self.next..)?.first_chunk()?;
         if layout.has_ports && ports.can_fill() {
             return None;
         }
-        let fired = self.step_own(one);
+        let fired = self.fire_next(one);
         // Often the next one is enabled. To ask for just this one first lets the processor go on with it
         // before it knows.
         if behind.is_met(self.now.marks) && self.next != self.now.end && !layout.has_ports {
@@ -32,30 +30,9 @@ impl State {
         Some((fired, self.finish_step(layout, ports)))
     }
 
-    /// As [`step`](Self::step), in a net with shared places.
+    /// Fires the next one, which has this row, and returns which it is. The one behind it is next.
     #[inline(always)]
-    fn step_in_pairs(&mut self, layout: &Layout, ports: &mut Ports) -> Option<(usize, bool)> {
-        let [one, behind] = layout.pairs.get(self.next..)?.first_chunk()?;
-        if layout.has_ports && ports.can_fill() {
-            return None;
-        }
-        let fired = self.step_own(&one.own);
-        self.shared ^= one.shared.flip;
-        self.active |= one.shared.wakes;
-        if behind.own.is_met(self.now.marks)
-            && behind.shared.is_met(self.shared)
-            && self.next != self.now.end
-            && !layout.has_ports
-        {
-            return Some((fired, true));
-        }
-        Some((fired, self.finish_step(layout, ports)))
-    }
-
-    /// Fires the next one, which has this row, as far as its own word goes; returns which it is. The one
-    /// behind it is next.
-    #[inline(always)]
-    fn step_own(&mut self, row: &Row) -> usize {
+    fn fire_next(&mut self, row: &Row) -> usize {
         let fired = self.next;
         let bit = 1 << (fired.wrapping_sub(self.now.first) % BITS);
         self.now.marks ^= row.flip;
@@ -90,22 +67,16 @@ impl State {
         if left.firings == 0 || left.rounds == 0 {
             return self.is_any_enabled(layout);
         }
-        match (
-            self.is_one_block(),
-            layout.pairs.is_empty(),
-            layout.has_ports,
-        ) {
-            (true, _, false) => self.rounds::<Row, false, false>(layout, ports, left, on_fire),
-            (true, _, true) => self.rounds::<Row, false, true>(layout, ports, left, on_fire),
-            (_, true, false) => self.rounds::<Row, true, false>(layout, ports, left, on_fire),
-            (_, true, true) => self.rounds::<Row, true, true>(layout, ports, left, on_fire),
-            (_, false, false) => self.rounds::<Pair, true, false>(layout, ports, left, on_fire),
-            (_, false, true) => self.rounds::<Pair, true, true>(layout, ports, left, on_fire),
+        match (self.is_one_block(), layout.has_ports) {
+            (true, false) => self.rounds::<false, false>(layout, ports, left, on_fire),
+            (true, true) => self.rounds::<false, true>(layout, ports, left, on_fire),
+            (false, false) => self.rounds::<true, false>(layout, ports, left, on_fire),
+            (false, true) => self.rounds::<true, true>(layout, ports, left, on_fire),
         }
     }
 
     /// `SEVERAL` blocks, and `PORTS`, or none.
-    fn rounds<A: Ask, const SEVERAL: bool, const PORTS: bool>(
+    fn rounds<const SEVERAL: bool, const PORTS: bool>(
         &mut self,
         layout: &Layout,
         ports: &mut Ports,
@@ -113,15 +84,15 @@ impl State {
         mut on_fire: impl FnMut(usize),
     ) -> bool {
         loop {
-            self.load_last();
+            self.load_last(layout);
             self.next = Self::UNKNOWN;
             let mut from = above(self.last - self.now.first);
             loop {
                 let firings = &mut left.firings;
                 let on_fire = &mut on_fire;
-                self.run_block::<A, SEVERAL, PORTS>(layout, ports, from, firings, on_fire);
+                self.run_block::<SEVERAL, PORTS>(layout, ports, from, firings, on_fire);
                 from = !0;
-                if left.firings == 0 || !SEVERAL || !self.next_block(|block| block.fresh) {
+                if left.firings == 0 || !SEVERAL || !self.next_block(layout, |block| block.fresh) {
                     break;
                 }
             }
@@ -137,7 +108,7 @@ impl State {
     /// Fires those of the block that runs that are ready, in order, first those in `from`; if it is the
     /// only block until none is ready, else until none behind the last is, or `left` is used up.
     #[inline(always)]
-    fn run_block<A: Ask, const SEVERAL: bool, const PORTS: bool>(
+    fn run_block<const SEVERAL: bool, const PORTS: bool>(
         &mut self,
         layout: &Layout,
         ports: &mut Ports,
@@ -146,7 +117,7 @@ impl State {
         mut on_fire: impl FnMut(usize),
     ) {
         let first = self.now.first;
-        let all = &A::all(layout)[first..self.now.end];
+        let all = &layout.rows[first..self.now.end];
         let mut outside = Outside::of::<PORTS>(layout, ports, &self.now);
         let mut board = Board::of(self);
         let mut next = board.search(all, board.fresh & from);
@@ -168,8 +139,6 @@ impl State {
         self.now.todo = board.todo;
         self.now.fresh = board.fresh;
         if SEVERAL {
-            self.shared = board.shared;
-            self.active = board.active;
             if has_fired {
                 self.last_block = self.block;
                 self.used |= 1 << self.block;
@@ -202,20 +171,20 @@ impl State {
 
     #[inline(always)]
     fn find_next(&mut self, layout: &Layout) -> bool {
-        self.load_last();
+        self.load_last(layout);
         let behind = above(self.last - self.now.first);
-        match (self.is_one_block(), layout.pairs.is_empty()) {
-            (true, _) => self.find_in::<Row>(layout, behind) || self.find_in::<Row>(layout, !0),
-            (false, true) => self.find_in::<Row>(layout, behind) || self.find_far::<Row>(layout),
-            (false, false) => self.find_in::<Pair>(layout, behind) || self.find_far::<Pair>(layout),
-        }
+        self.find_in(layout, behind)
+            || match self.is_one_block() {
+                true => self.find_in(layout, !0),
+                false => self.find_far(layout),
+            }
     }
 
     /// Searches block by block, last in the one that runs.
-    fn find_far<A: Ask>(&mut self, layout: &Layout) -> bool {
+    fn find_far(&mut self, layout: &Layout) -> bool {
         self.set_active(self.now.todo != 0);
-        while self.next_block(|_| !0) {
-            if self.find_in::<A>(layout, !0) {
+        while self.next_block(layout, |_| !0) {
+            if self.find_in(layout, !0) {
                 return true;
             }
             self.set_active(false);
@@ -225,8 +194,8 @@ impl State {
 
     /// Searches the block that runs.
     #[inline(always)]
-    fn find_in<A: Ask>(&mut self, layout: &Layout, among: u64) -> bool {
-        let all = &A::all(layout)[self.now.first..self.now.end];
+    fn find_in(&mut self, layout: &Layout, among: u64) -> bool {
+        let all = &layout.rows[self.now.first..self.now.end];
         let mut board = Board::of(self);
         let found = board.search(all, among);
         self.now.todo = board.todo;

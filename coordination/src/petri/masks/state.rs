@@ -11,7 +11,7 @@ use crate::petri::id::PlaceId;
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(in crate::petri) struct Block {
-    /// The places that only they mention.
+    /// The places that only they mention, and the shared ones; those are up to date in the block that runs.
     pub(in crate::petri) marks: u64,
     /// The first transition.
     pub(in crate::petri) first: usize,
@@ -33,8 +33,8 @@ pub(in crate::petri) struct State {
     pub(super) last: usize,
     /// The transition that is next to fire, or [`Self::UNKNOWN`].
     pub(super) next: usize,
-    /// The marks of the shared places.
-    pub(super) shared: u64,
+    /// The marks of the shared places, as the other blocks know of.
+    pub(super) told: u64,
     /// Index of the block that runs.
     pub(super) block: usize,
     /// Index of the block of `last`, if that is not the one that runs.
@@ -60,7 +60,7 @@ impl State {
             last: now.end - 1,
             now,
             next: Self::UNKNOWN,
-            shared,
+            told: now.marks & shared,
             block,
             last_block: block,
             active: !0 >> (BITS - 1 - block),
@@ -84,9 +84,8 @@ impl State {
     pub(in crate::petri) fn is_marked(&self, layout: &Layout, place: PlaceId) -> bool {
         let spot = layout.spot(place);
         let block = usize::from(spot.block);
-        let marks = match spot.is_shared() {
-            true => self.shared,
-            false if block == self.block => self.now.marks,
+        let marks = match spot.is_shared() || block == self.block {
+            true => self.now.marks,
             false => self.blocks[block].marks,
         };
         marks & spot.mask() != 0
@@ -99,7 +98,8 @@ impl State {
         self.next = Self::UNKNOWN;
         let wakes = layout.users[place.index()][usize::from(is_marked)];
         if spot.is_shared() {
-            self.shared ^= spot.mask();
+            self.now.marks ^= spot.mask();
+            self.told ^= spot.mask();
             self.active |= wakes;
             if wakes >> self.block & 1 == 1 {
                 self.now.todo |= self.now.on_shared;
@@ -117,23 +117,37 @@ impl State {
         block.todo |= wakes;
     }
 
-    /// Lets another block run.
-    pub(super) fn switch_to(&mut self, block: usize) {
+    /// Tells the other blocks which shared places have changed.
+    #[inline]
+    fn tell(&mut self, layout: &Layout) {
+        let mut changed = (self.now.marks ^ self.told) & layout.shared;
+        while let Some(bit) = lowest(changed) {
+            let is_marked = self.now.marks >> bit & 1 == 1;
+            self.active |= layout.neighbours[bit][usize::from(is_marked)] & !(1 << self.block);
+            changed &= changed - 1;
+        }
+        self.told = self.now.marks & layout.shared;
+    }
+
+    /// Lets another block run. The others know of all that it has to tell.
+    fn switch_to(&mut self, layout: &Layout, block: usize) {
+        debug_assert_eq!(self.told, self.now.marks & layout.shared);
         if block != self.block {
             let left = &mut self.blocks[self.block];
             left.marks = self.now.marks;
             left.todo = self.now.todo;
             left.fresh = self.now.fresh;
             self.now = self.blocks[block];
+            self.now.marks = (self.now.marks & !layout.shared) | self.told;
             self.block = block;
         }
     }
 
     /// Lets the block run that fired last.
     #[inline]
-    pub(super) fn load_last(&mut self) {
+    pub(super) fn load_last(&mut self, layout: &Layout) {
         if !(self.now.first..self.now.end).contains(&self.last) {
-            self.switch_to(self.last_block);
+            self.switch_to(layout, self.last_block);
             // A place from outside may have changed since.
             self.now.todo |= self.now.on_shared;
         }
@@ -143,13 +157,14 @@ impl State {
     /// Lets the next active block run, behind the one that does, around to it, that has something to
     /// do among those of its transitions that `among` names; `false` if there is none.
     #[inline(never)]
-    pub(super) fn next_block(&mut self, among: impl Fn(&Block) -> u64) -> bool {
+    pub(super) fn next_block(&mut self, layout: &Layout, among: impl Fn(&Block) -> u64) -> bool {
+        self.tell(layout);
         loop {
             let behind = lowest(self.active & above(self.block));
             let Some(block) = behind.or_else(|| lowest(self.active)) else {
                 return false;
             };
-            self.switch_to(block);
+            self.switch_to(layout, block);
             self.now.todo |= self.now.on_shared;
             if self.now.todo & among(&self.now) != 0 {
                 return true;

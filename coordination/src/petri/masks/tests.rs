@@ -20,12 +20,11 @@ fn processes(count: usize, shares: bool) -> NetModel {
     model
 }
 
-/// In how many blocks, and whether with a shared word; nothing if it does not fit.
+/// In how many blocks, and whether with shared places; nothing if it does not fit.
 fn fits(model: &NetModel) -> Option<(usize, bool)> {
     let structure = model.structure().expect("the model is sound");
     let (layout, state) = compile(&structure, &[], &[])?;
-    assert_ne!(layout.rows.is_empty(), layout.pairs.is_empty());
-    Some((state.blocks.len().max(1), !layout.pairs.is_empty()))
+    Some((state.blocks.len().max(1), layout.shared != 0))
 }
 
 #[test]
