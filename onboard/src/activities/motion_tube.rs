@@ -85,12 +85,23 @@ impl MotionTube {
     }
 
     /// What the tubes remember is worth nothing once the robot may have moved without being measured.
-    fn forget_after_break(&mut self) {
+    fn forget_after_break(&mut self, now_ns: u64) {
         let breaks = self.odometry.value.breaks;
         if self.odometry.stamp_ns != 0 && breaks != self.breaks {
             self.breaks = breaks;
-            self.tubes.reset();
+            self.forget(now_ns);
         }
+    }
+
+    /// The floor is as unknown as at the start, also for a process that goes on from here.
+    fn forget(&mut self, now_ns: u64) {
+        self.tubes.reset();
+        self.publish_floor(now_ns);
+    }
+
+    fn publish_floor(&mut self, now_ns: u64) {
+        self.tubes.save(&mut self.floor);
+        self.symbols.floor.write(now_ns, &self.floor);
     }
 
     fn observe(&mut self, now_ns: u64) {
@@ -106,8 +117,7 @@ impl MotionTube {
         // A refused scan is counted by the tubes; when they get no other, they stop.
         if self.tubes.observe(scan, now_ns).is_ok() {
             self.state.evaluation_ns = self::now_ns() - begin_ns;
-            self.tubes.save(&mut self.floor);
-            self.symbols.floor.write(now_ns, &self.floor);
+            self.publish_floor(now_ns);
             let set = self.tubes.set();
             self.state.free_tubes =
                 set.ids().filter(|&tube| self.tubes.is_free(tube)).count() as u64;
@@ -196,7 +206,7 @@ impl Activity for MotionTube {
         self.odometry = self.symbols.odometry.read();
         let mode = self.symbols.mode.read();
         (self.supervised_ns, self.halted) = (mode.stamp_ns, mode.value.halt != 0);
-        self.forget_after_break();
+        self.forget_after_break(now_ns);
         if self.scans.as_ref().is_some_and(|scans| scans.is_unplaced()) {
             self.unplaced_ns = now_ns;
         }
@@ -208,12 +218,12 @@ impl Activity for MotionTube {
         }
     }
 
-    fn coordinate(&mut self, _now_ns: u64) {
+    fn coordinate(&mut self, now_ns: u64) {
         while let Some(command) = self.port.next_command() {
             match command {
                 Command::Reset => self.unknown_floor.reset(),
                 // Whoever says where it stands may have carried it there.
-                Command::Place(_) => self.tubes.reset(),
+                Command::Place(_) => self.forget(now_ns),
                 Command::FreeBehind(way_m) => {
                     self.tubes.trust_behind(way_m);
                     self.unknown_floor.told();

@@ -70,11 +70,11 @@ pub fn compose(
     boot_epoch: u64,
     (log, panicked): (&LogSender, &Panicked),
 ) -> Result<Composed, PlanError> {
-    let (symbols, beginning) = (wiring.symbols, Beginning::of(plan, left, log)?);
+    let (symbols, beginning) = (wiring.symbols, Beginning::of(plan, left, began, log)?);
     let navigator = &beginning.navigator;
     let (machine, goes_on) = (navigator.machine().clone(), beginning.left.is_some());
     let (alarm, scan_wake) = (Alarm::default(), Wake::default());
-    let known = (boot_epoch, beginning.began(began));
+    let known = (boot_epoch, beginning.began.clone());
     let (navigation_end, membership) = membership(plan, navigator, known, &alarm).unzip();
     let mut activities = compose_chain(
         plan,
@@ -123,16 +123,19 @@ pub struct Beginning<'a> {
     pub start: Start,
     /// What the process before has left, if the robot goes on from there.
     pub left: Option<&'a Checkpoint>,
+    /// What the fleet is to know of that.
+    pub began: Began,
 }
 
 impl<'a> Beginning<'a> {
-    /// At the robot's start, or where the checkpoint says that the process before has left it.
+    /// At the robot's start, or where the process before has left it: by its checkpoint, or, `without` one, by how it has ended.
     ///
     /// # Errors
     /// As [`Plan::navigator`].
     pub fn of(
         plan: &Plan,
         left: Option<&'a Checkpoint>,
+        without: Began,
         log: &LogSender,
     ) -> Result<Self, PlanError> {
         let mut navigator = Box::new(plan.navigator()?);
@@ -141,17 +144,22 @@ impl<'a> Beginning<'a> {
         if left.is_some() && used.is_none() {
             log.warn(format!("the checkpoint is not used: {}", Unusable::Lost));
         }
+        let began = used.map_or(without, |_| Began::GoesOn);
+        if let Began::Afresh { ended: Some(at) } = &began {
+            // What the fleet has to say to that, it says once it is there; until then nothing else is taken for its place.
+            let std_m = at.std_m.max(start.std_m);
+            navigator.relocate(at.pose, std_m, at.std_rad.max(start.std_rad));
+            let state = at.state.as_deref();
+            if let Some(state) = state.and_then(|name| navigator.machine().state_id(name)) {
+                navigator.restart_in(state);
+            }
+        }
         Ok(Self {
             navigator,
             start,
             left: used,
+            began,
         })
-    }
-
-    /// Where it begins: what is used of a checkpoint counts more than what is known without.
-    #[must_use]
-    pub fn began(&self, without: Began) -> Began {
-        self.left.map_or(without, |_| Began::GoesOn)
     }
 }
 
@@ -198,6 +206,7 @@ pub fn compose_chain(
         navigator,
         start,
         left,
+        began: _,
     } = beginning;
     let mut reckoning = plan.dead_reckoning()?;
     let mut tubes = Box::new(plan.motion_tubes()?);

@@ -15,6 +15,7 @@ use super::files::Files;
 use super::plan::Plan;
 use super::replacement::ReloadHands;
 use crate::activities::port::{COMMANDS, Port, REPORTS};
+use crate::fleet::Began;
 use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS};
 use crate::realtime::log;
 use crate::symbols::values::{
@@ -86,7 +87,8 @@ fn drive(set: &[&str]) -> Vec<Outcome> {
         })
         .collect();
     let (log, _drain) = log::queue();
-    let beginning = Beginning::of(&plan, None, &log).expect("a navigator");
+    let beginning =
+        Beginning::of(&plan, None, Began::Afresh { ended: None }, &log).expect("a navigator");
     let (_hands, ends) = ReloadHands::pair();
     let (mut bus, mut lidar) = (wiring.symbols.drive, wiring.symbols.lidar);
     let mut supervisor = wiring.symbols.supervisor;

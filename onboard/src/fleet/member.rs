@@ -14,7 +14,7 @@ use super::needs::Needs;
 use super::orders::{Directive, Orders};
 use super::origin::Resume;
 use super::sense::{Sense, Troubles};
-use super::setup::{Began, Setup, Start};
+use super::setup::{Began, Setup};
 use crate::symbols::values::{FleetState, Line};
 
 /// What is known of where the robot was before its process started.
@@ -22,8 +22,8 @@ use crate::symbols::values::{FleetState, Line};
 enum Origin {
     /// The mediator has not said.
     Unknown,
-    /// Navigation is being put there.
-    Relocating,
+    /// Navigation is told to go on.
+    Resuming,
     /// Nobody knows: an operator must say where it stands.
     Lost,
     /// Navigation's pose is the robot's.
@@ -125,11 +125,12 @@ impl Member {
 
     /// A restarted robot resumes where it ended, if the mediator knew it there.
     fn go_on_from(&mut self, take_up: Option<&TakeUp>) {
-        match self.setup.began.resume(take_up, &self.setup.states) {
+        match self.setup.resume(take_up) {
             Resume::Here => self.origin = Origin::Known,
-            Resume::There { start, why } => {
+            Resume::There { state, why } => {
                 self.complain(why);
-                self.relocate(start);
+                self.origin = state.map_or(Origin::Known, |_| Origin::Resuming);
+                self.directives.extend(state.map(Directive::Resume));
             }
             Resume::Nowhere { why } => {
                 self.complaints.extend(why);
@@ -138,12 +139,7 @@ impl Member {
         }
     }
 
-    fn relocate(&mut self, start: Start) {
-        self.origin = Origin::Relocating;
-        self.directives.push_back(Directive::Relocate(start));
-    }
-
-    /// Navigation was put somewhere, by [`Directive::Relocate`] or by an operator, and the pose given from now on says so.
+    /// Navigation goes on, by [`Directive::Resume`], or was put somewhere by an operator, and what it says from now on is so.
     pub fn relocated(&mut self) {
         self.origin = Origin::Known;
         self.client.placed_anew();

@@ -20,4 +20,4 @@ pub use floor::{LEAVING_M, UncertainPose};
 pub use member::Member;
 pub use orders::Directive;
 pub use sense::{Sense, Troubles};
-pub use setup::{AreaPlace, Began, LEAVE_AGE_NS, Setup, Start, StatePlan};
+pub use setup::{AreaPlace, Began, LEAVE_AGE_NS, Setup, Start, StatePlan, Stood};

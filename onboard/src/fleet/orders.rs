@@ -4,9 +4,10 @@ use std::collections::VecDeque;
 
 use contract::client::Order;
 use contract::protocols::RELEASE;
+use coordination::fsm::StateId;
 use skills::navigator::{Instructed, Instruction, InstructionError};
 
-use super::setup::{Start, StatePlan};
+use super::setup::StatePlan;
 
 /// Navigation is asked again when it has not answered for this long.
 const ANSWER_NS: u64 = 1_000_000_000;
@@ -20,8 +21,8 @@ pub enum Directive {
     Instruct(Instruction),
     /// Drive no faster than this until told otherwise; 0 stands.
     LimitSpeed(Option<f64>),
-    /// Take the robot to be there; navigation never assumes smaller deviations than at its start.
-    Relocate(Start),
+    /// Go on in this state of the machine, where navigation takes the robot to be.
+    Resume(StateId),
 }
 
 /// Orders that were not carried out yet.

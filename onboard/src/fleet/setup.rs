@@ -22,6 +22,8 @@ pub struct Setup {
     pub boot_epoch: u64,
     /// What the process before has left.
     pub began: Began,
+    /// The robot's start by its files, in `map`.
+    pub start: Pose2,
     /// Areas, in the order of the map.
     pub areas: Vec<AreaPlace>,
     /// The same as the mediator must know them.
@@ -45,14 +47,14 @@ pub struct Setup {
 }
 
 /// Where a process begins.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub enum Began {
     /// Navigation goes on from what the process before has left. That is newer than what the mediator knows.
     GoesOn,
     /// At the robot's start; or where the process before has ended as it was asked to, if the mediator knew it there, too.
     Afresh {
-        /// There, in `map`.
-        ended: Option<Pose2>,
+        /// There.
+        ended: Option<Stood>,
     },
     /// Nobody knows where: an operator will say.
     Lost,
@@ -65,7 +67,20 @@ impl Setup {
     }
 }
 
-/// Where a robot starts or resumes.
+/// Where a robot stood when its process ended as it was asked to.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Stood {
+    /// In `map`.
+    pub pose: Pose2,
+    /// Standard deviation of its position, along the worse axis.
+    pub std_m: f64,
+    /// Standard deviation of its heading.
+    pub std_rad: f64,
+    /// State of its machine; earlier versions did not note it.
+    pub state: Option<String>,
+}
+
+/// Where a robot starts.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Start {
     /// In `map`.

@@ -230,6 +230,7 @@ impl Robot {
         let mode = RobotMode {
             mode: 0,
             halt: 0,
+            lost: 0,
             teleop: 0,
             boot_epoch,
             pid: u64::from(std::process::id()),

@@ -101,7 +101,7 @@ faults! {
     IdentityDoubled = 23, "identity-doubled", ByItself,
         "another process reports with this robot's identity, and the mediator refuses it: end it, and give each robot an identity.id of its own; this robot goes on";
     DriveReturned = 24, "drive-returned", Operator,
-        "the drive is back after it lost its power or was gone for over a second, as when an emergency stop takes its supply; look that the robot may drive, and if it has to back out, say how far the floor behind it is free with `onboard ctl free-behind`; then run `onboard ctl reset`";
+        "the drive is back after it lost its power or was gone for over a second, as when an emergency stop takes its supply; look that the robot may drive; if somebody may have moved it meanwhile, say where it stands with `onboard ctl place`, and if it has to back out, how far the floor behind it is free with `onboard ctl free-behind`; then run `onboard ctl reset`";
     SecondMediator = 25, "second-mediator", ByItself,
         "a mediator speaks that is not the one this robot follows, and is ignored: end the one that is wrong, and restart robots that follow it";
     ThreadHung = 26, "thread-hung", Operator,
@@ -123,7 +123,7 @@ faults! {
     LidarFrozen = 34, "lidar-frozen", Operator,
         "the lidar has repeated its last scan three times within a minute, and shows what was there, not what is: switch it off and on, or replace it, then run `onboard ctl reset`";
     NoteUnwritten = 35, "note-unwritten", ByItself,
-        "the note that the robot is under way cannot be written, so that a computer that is switched off would forget it: the robot stands until it can; free the disk, or mend the folder of `--state`, the log says what is the matter";
+        "the note that the robot is under way is not on the disk, which is full, broken or takes too long, so that a computer that is switched off would forget it: the robot stands until it is; free the disk, or mend the folder of `--state`; the log says what is the matter";
 }
 
 /// Number of kinds.

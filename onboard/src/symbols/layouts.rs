@@ -37,7 +37,7 @@ layouts! {
     PoseEstimate: 104,
     Whereabouts: 304,
     NavigationState: 224,
-    RobotMode: 72,
+    RobotMode: 80,
     Load: 40,
     ActivityState: 24,
     ThreadReport: 3312,

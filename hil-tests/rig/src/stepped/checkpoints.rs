@@ -58,7 +58,7 @@ impl CheckpointStore for Checkpoints {
 
 impl Inheritance for Checkpoints {
     fn journey(&mut self) -> io::Result<Journey> {
-        Ok(self.kept().journey)
+        Ok(self.kept().journey.clone())
     }
 
     fn take(&mut self) -> io::Result<Option<Vec<u8>>> {

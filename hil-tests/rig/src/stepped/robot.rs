@@ -123,11 +123,10 @@ impl SteppedRobot {
         let (mut ports, mut handles) = ports(wiring.states);
         let (symbols, ends) = (wiring.symbols, Ends::default());
         let left = Left::take(&mut checkpoints, plan, &log, now_ns)?;
-        let began = left.began();
         let keeper = Keeper::new(Box::new(checkpoints), plan, &left);
-        let beginning = Beginning::of(plan, left.place.as_deref(), &log);
+        let beginning = Beginning::of(plan, left.place.as_deref(), left.began(), &log);
         let beginning = beginning.map_err(Failure::refused)?;
-        let (navigator, began) = (&beginning.navigator, beginning.began(began));
+        let (navigator, began) = (&beginning.navigator, beginning.began.clone());
         let (machine, goes_on) = (navigator.machine().clone(), beginning.left.is_some());
         let (navigation_end, membership, open_session, leave) = match fleet {
             Fleet::Network(open_session) => {
@@ -191,6 +190,7 @@ impl SteppedRobot {
         let mode = RobotMode {
             mode: 0,
             halt: 0,
+            lost: 0,
             teleop: 0,
             boot_epoch,
             pid: 0,

@@ -1,7 +1,9 @@
 //! One robot in the corridor, on its devices.
 
 use onboard::cli::Files;
+use onboard::composition::checkpoint::Checkpoint;
 use onboard::composition::plan::Plan;
+use onboard::process::checkpoints::Inheritance;
 use onboard::process::ctl::{Reply, Request};
 use onboard::symbols::faults::{Fault, FaultTable};
 use onboard::symbols::values::LidarStatus;
@@ -166,6 +168,12 @@ impl Bench {
         let robot = SteppedRobot::new(&self.plan, &self.files, folder.path(), &self.devices, start);
         self.robot = robot.unwrap_or_else(|failure| panic!("{failure:?}"));
         self._folder = folder;
+    }
+
+    /// What its next process would go on from now.
+    pub fn kept(&self) -> Option<Box<Checkpoint>> {
+        let bytes = self.checkpoints.clone().take().ok()??;
+        Checkpoint::from_bytes(&bytes).ok()
     }
 
     /// Its computer is switched off, while it runs: its next process finds only what is on disk.

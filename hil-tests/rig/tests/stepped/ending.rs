@@ -2,6 +2,7 @@
 
 use onboard::process::ctl::{Done, Place, Request, Spot};
 use onboard::symbols::faults::Fault;
+use sim::lidar::Disturbance;
 
 use crate::bench::Bench;
 
@@ -154,5 +155,29 @@ fn a_robot_that_is_killed_after_a_reload_goes_on_from_where_it_is() {
     bench.begin_again();
     bench.until_driving();
     assert_eq!(bench.raised(Fault::PlaceUnknown), 0);
+    bench.finish();
+}
+
+/// Whoever has carried it, has carried it away from the floor that it has seen.
+#[test]
+fn floor_that_is_forgotten_is_not_kept_for_the_next_process() {
+    let mut bench = Bench::driving();
+    bench.watch(3.0);
+    let cover = Disturbance::Cover { covered: true };
+    bench.devices.disturb_lidar(cover, bench.now_ns);
+    bench.until_standing(8.0);
+    let floor_m = |bench: &Bench| bench.kept().expect("it runs").floor.cell_m;
+    assert!(floor_m(&bench) > 0.0);
+    bench.ask(Request::Stop);
+    bench.watch(0.5);
+    bench.put_at_its_start();
+    let start = Place {
+        at: Spot::Start,
+        state: None,
+    };
+    let (reply, _) = bench.answer_to(Request::Place(start));
+    assert!(reply.is_ok(), "{reply:?}");
+    bench.watch(0.5);
+    assert_eq!(floor_m(&bench), 0.0);
     bench.finish();
 }

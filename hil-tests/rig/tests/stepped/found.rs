@@ -68,6 +68,17 @@ fn a_robot_whose_program_is_ended_beside_a_wall_in_the_middle_of_a_shift_finishe
     passes("overtaking", 17, &[ended]);
 }
 
+/// Where it believes to be while the mediator has not been heard is where the process before has ended.
+#[test]
+fn a_robot_that_is_ended_and_then_killed_before_the_mediator_is_heard_goes_on_where_it_is() {
+    let faults = [
+        fault(29.0, 14.0, ScriptedKind::Partition, "amr-1"),
+        fault(30.0, 1.5, ScriptedKind::EndRobot, "amr-1"),
+        killed(35.0, 1.0, "amr-1"),
+    ];
+    passes("overtaking", 1, &faults);
+}
+
 #[test]
 fn a_robot_that_is_placed_behind_a_crossing_does_not_cross_it_again() {
     let covered = fault(24.0, 10.0, ScriptedKind::CoverLidar, "amr-3");

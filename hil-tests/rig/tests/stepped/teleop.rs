@@ -1,6 +1,6 @@
 //! Somebody drives the robot by hand: judged by where it truly is.
 
-use onboard::process::ctl::{FreeBehind, Request, Teleop};
+use onboard::process::ctl::{FreeBehind, Refusal, Request, Teleop};
 use onboard::process::teleop::Over;
 use onboard::symbols::faults::Fault;
 use sim::world::{Pose, Shape};
@@ -363,11 +363,30 @@ fn a_robot_that_nobody_has_told_where_it_is_can_be_driven_by_hand() {
     bench.watch(0.5);
     bench.desk().want(0.0, 0.0);
     bench.watch(0.2);
-    bench.desk().want(0.1, 0.0);
+    bench.desk().want(0.2, 0.0);
     let before_m = bench.truth().distance_m;
-    bench.watch(3.0);
+    for _ in 0..30 {
+        bench.watch(0.1);
+        // It creeps: what it takes for its place may be none.
+        assert!(bench.truth().twist.v_m_s < 0.13);
+    }
     let way_m = bench.truth().distance_m - before_m;
     assert!(way_m > 0.05, "{way_m} m: {}", limit(&mut bench));
+    // What stops it meanwhile is reset without a word on where it stands, which whoever drives it does not know yet.
+    bench.devices.drive_faults().set_emergency_stop(true);
+    bench.until_raised(Fault::MotorsOff, 2.0);
+    bench.until_standing(2.0);
+    bench.devices.drive_faults().set_emergency_stop(false);
+    bench.watch(0.5);
+    let (reply, _) = bench.answer_to(Request::Reset);
+    let place_only = Err(Refusal::Remaining(vec![Fault::PlaceUnknown]));
+    assert_eq!(reply, place_only);
+    bench.desk().want(0.0, 0.0);
+    bench.watch(0.2);
+    bench.desk().want(0.1, 0.0);
+    bench.until("it is driven", 3.0, |bench| {
+        bench.truth().twist.v_m_s > 0.05
+    });
     let now_ns = bench.now_ns;
     bench.desk().leave(now_ns);
     bench.until_standing(1.0);

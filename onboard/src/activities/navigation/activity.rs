@@ -203,13 +203,8 @@ impl Navigation {
                 Directive::LimitSpeed(limit_m_s) => {
                     self.membership.limit_speed(limit_m_s);
                 }
-                Directive::Relocate(to) => {
-                    let start = self.part.start;
-                    let (std_m, std_rad) =
-                        (to.std_m.max(start.std_m), to.std_rad.max(start.std_rad));
-                    let navigator = &mut self.part.navigator;
-                    if navigator.relocate(to.pose, std_m, std_rad) && navigator.restart_in(to.state)
-                    {
+                Directive::Resume(state) => {
+                    if self.part.navigator.restart_in(state) {
                         self.membership.relocated();
                     }
                 }

@@ -16,6 +16,8 @@ pub(super) struct Hands {
     on: bool,
     /// What the session wants, and not another one.
     wish: Option<TeleopWish>,
+    /// Nobody knows where the robot stands.
+    lost: bool,
 }
 
 impl Hands {
@@ -28,6 +30,7 @@ impl Hands {
         }
         let own = session != 0 && wish.session == session && wish.open != 0;
         self.wish = own.then_some(*wish);
+        self.lost = mode.lost != 0;
     }
 
     pub(super) fn are_on(&self) -> bool {
@@ -39,9 +42,14 @@ impl Hands {
         let deadline_ns = u64::from(teleop.deadline_ms) * MILLISECOND_NS;
         let fresh = |wish: &TeleopWish| now_ns.saturating_sub(wish.heard_ns) <= deadline_ns;
         let fresh = self.wish.filter(fresh);
+        let limit_m_s = match self.lost {
+            // Where navigation takes it to be, it need not be.
+            true => teleop.creep_m_s.min(teleop.speed_m_s),
+            false => teleop.speed_m_s,
+        };
         self.on.then(|| ByHand {
             wish: fresh.map_or(Twist2::default(), |wish| wish.wish),
-            limit_m_s: teleop.speed_m_s,
+            limit_m_s,
             creep_m_s: teleop.creep_m_s,
             without_borders: fresh.is_some_and(|wish| wish.without_borders != 0),
         })

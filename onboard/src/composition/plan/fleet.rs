@@ -30,6 +30,7 @@ impl Plan {
             site: self.site.name.clone(),
             boot_epoch,
             began: Began::Afresh { ended: None },
+            start: self.start.start,
             areas: areas.collect(),
             floor: Floor::of(&self.site.areas),
             states: machine

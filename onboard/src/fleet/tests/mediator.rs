@@ -124,21 +124,27 @@ fn restarted(began: Began) -> Scene {
     });
     // It thinks that it is at its start.
     scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
-    assert!(!scene.member.report(scene.now_ns).located);
-    assert!(scene.allowed().is_empty());
     scene
+}
+
+fn waits(scene: &mut Scene) -> bool {
+    !scene.member.report(scene.now_ns).located && scene.allowed().is_empty()
+}
+
+/// A process before this one ended here, as it was asked to.
+fn ended(x_m: f64, theta_rad: f64) -> Began {
+    let stood = Stood {
+        pose: Pose2::new(x_m, -0.5, theta_rad),
+        ..Stood::default()
+    };
+    Began::Afresh { ended: Some(stood) }
 }
 
 #[test]
 fn a_restarted_robot_goes_on_where_it_ended_if_the_mediator_knows_it_there() {
-    let mut scene = restarted(Began::Afresh {
-        ended: Some(Pose2::new(6.1, -0.5, 0.1)),
-    });
-    let directives = scene.directives();
-    let [Directive::Relocate(start)] = directives.as_slice() else {
-        panic!("{directives:?}");
-    };
-    assert_eq!((start.pose.x_m, start.state), (6.1, StateId(1)));
+    let mut scene = restarted(ended(6.1, 0.1));
+    assert!(waits(&mut scene));
+    assert_eq!(scene.directives(), [Directive::Resume(StateId(1))]);
     scene.member.relocated();
     scene.mediator.free.insert("2".into());
     scene.be("search-2", at(6.0, -0.5, 0.0, 0.1));
@@ -147,21 +153,62 @@ fn a_restarted_robot_goes_on_where_it_ended_if_the_mediator_knows_it_there() {
 
 #[test]
 fn a_robot_that_ended_unheard_or_nobody_knows_where_waits_for_an_operator() {
-    let elsewhere = [
-        Some(Pose2::new(6.5, -0.5, 0.0)),
-        Some(Pose2::new(6.0, -0.5, 0.5)),
-        None,
-    ];
-    let began = elsewhere.map(|ended| Began::Afresh { ended });
-    for began in began.into_iter().chain([Began::Lost]) {
+    let unknown = Began::Afresh { ended: None };
+    for began in [ended(6.5, 0.0), ended(6.0, 0.5), unknown, Began::Lost] {
+        let text = format!("{began:?}");
+        let supervised = began == Began::Lost;
         let mut scene = restarted(began);
-        assert!(scene.directives().is_empty(), "{began:?}");
+        assert!(waits(&mut scene) && scene.directives().is_empty(), "{text}");
         let said = scene.member.troubles(scene.now_ns).lost;
-        assert_eq!(said, began != Began::Lost, "the supervisor has");
-        assert!(scene.allowed().is_empty(), "{began:?}");
+        assert_eq!(said, !supervised, "the supervisor has");
         scene.member.relocated();
         scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
         assert_eq!(scene.allowed(), [0]);
+    }
+}
+
+/// It ended in this state.
+fn in_state(began: Began, state: &str) -> Began {
+    let Began::Afresh { ended: Some(ended) } = began else {
+        return began;
+    };
+    let state = Some(state.to_owned());
+    Began::Afresh {
+        ended: Some(Stood { state, ..ended }),
+    }
+}
+
+#[test]
+fn a_robot_that_knows_in_which_state_it_ended_goes_on_in_it() {
+    let mut scene = restarted(in_state(ended(6.1, 0.1), "drive-1"));
+    assert!(!waits(&mut scene) && scene.directives().is_empty());
+    assert!(!scene.member.troubles(scene.now_ns).lost);
+    scene.mediator.free.insert("2".into());
+    scene.be("search-2", at(6.0, -0.5, 0.0, 0.1));
+    assert_eq!(scene.allowed(), [1]);
+    // The files have no such state any more: the mediator's counts.
+    let mut scene = restarted(in_state(ended(6.1, 0.1), "drive-99"));
+    assert!(waits(&mut scene));
+    assert_eq!(scene.directives(), [Directive::Resume(StateId(1))]);
+}
+
+/// A new journal: in which state the robot was, nobody remembers but itself.
+#[test]
+fn a_robot_that_ended_where_it_does_not_start_waits_if_nobody_knows_its_state() {
+    let begins = [
+        (ended(2.1, 0.0), true),
+        (ended(6.0, 0.0), false),
+        (in_state(ended(6.0, 0.0), "search-2"), true),
+        (in_state(ended(6.0, 0.0), "search-99"), false),
+    ];
+    for (began, knows) in begins {
+        let text = format!("{began:?}");
+        let mut scene = Scene::new(&["1"]);
+        scene.member = Member::new(Setup { began, ..setup() }, 0);
+        scene.be("drive-1", at(2.0, -0.5, 0.0, 0.1));
+        assert_eq!(scene.allowed().is_empty(), !knows, "{text}");
+        assert_eq!(scene.member.troubles(scene.now_ns).lost, !knows);
+        assert!(scene.directives().is_empty());
     }
 }
 

@@ -58,6 +58,7 @@ pub(super) fn setup() -> Setup {
         site: "corridor".into(),
         boot_epoch: 7,
         began: Began::Afresh { ended: None },
+        start: Pose2::new(2.0, -0.5, 0.0),
         areas: vec![
             area("1", rect((1.5, -0.9), (5.5, 0.0))),
             area("2", rect((5.5, -0.9), (8.5, 0.0))),

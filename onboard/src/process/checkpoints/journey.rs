@@ -7,13 +7,16 @@ use std::path::Path;
 use contract::private;
 use description::geometry::Pose2;
 
+use crate::fleet::Stood;
+
 const UNDER_WAY: &str = "under way";
 const ENDED: &str = "ended";
 const STOPPED: &str = "stopped";
 const PAUSED: &str = "paused";
+const STATE: &str = " state=";
 
 /// Where the process before has left its robot, as the disk knows it.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub enum Journey {
     /// There was none, or it has ended as it was asked to, and the next one begins at its start and drives.
     #[default]
@@ -25,10 +28,10 @@ pub enum Journey {
 }
 
 /// How a process has ended that was asked to.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ended {
     /// Where the robot stood, in `map`, if the next process is to know.
-    pub at: Option<Pose2>,
+    pub at: Option<Stood>,
     /// What the robot waited for.
     pub waited: Waited,
 }
@@ -55,8 +58,9 @@ impl From<Ended> for Journey {
 }
 
 impl Journey {
-    /// Reads a note: `under way`, or `ended`, then `X Y THETA` in metres and radians if that is known, then `stopped` or `paused` if it
-    /// was.
+    /// Reads a note: `under way`, or `ended`, then `X Y THETA` if that is known, and the standard deviations of position and heading, in
+    /// metres and radians, then `stopped` or `paused` if it was, then `state=` and its name. Earlier versions wrote neither deviations
+    /// nor state.
     pub(super) fn noted(path: &Path) -> io::Result<Self> {
         let mut text = Vec::new();
         match private::open(path) {
@@ -67,7 +71,12 @@ impl Journey {
         };
         let text = String::from_utf8_lossy(&text);
         let read = |text: &str| {
-            let mut words: Vec<&str> = text.strip_prefix(ENDED)?.split_whitespace().collect();
+            let text = text.strip_prefix(ENDED)?;
+            let (text, state) = match text.split_once(STATE) {
+                Some((text, state)) => (text, Some(state.to_owned())),
+                None => (text, None),
+            };
+            let mut words: Vec<&str> = text.split_whitespace().collect();
             let waited = match words.last() {
                 Some(&STOPPED) => Waited::ForReset,
                 Some(&PAUSED) => Waited::ToResume,
@@ -78,12 +87,24 @@ impl Journey {
             }
             let numbers: Result<Vec<f64>, _> = words.into_iter().map(str::parse).collect();
             let at = match numbers.ok()?[..] {
-                [x_m, y_m, theta_rad] => Some(Pose2::new(x_m, y_m, theta_rad)),
+                [x_m, y_m, theta_rad] => Some(Stood {
+                    pose: Pose2::new(x_m, y_m, theta_rad),
+                    ..Stood::default()
+                }),
+                [x_m, y_m, theta_rad, std_m, std_rad] => Some(Stood {
+                    pose: Pose2::new(x_m, y_m, theta_rad),
+                    std_m,
+                    std_rad,
+                    state,
+                }),
                 // Nothing at all would have been noted.
                 [] if waited != Waited::Not => None,
                 _ => return None,
             };
-            let known = at.is_none_or(|pose| pose.is_finite());
+            let is_good = |std: f64| std.is_finite() && std >= 0.0;
+            let known = at
+                .as_ref()
+                .is_none_or(|at| at.pose.is_finite() && is_good(at.std_m) && is_good(at.std_rad));
             known.then_some(Self::Ended(Ended { at, waited }))
         };
         // Whatever else a disk has made of it: there was one.
@@ -96,14 +117,26 @@ impl Journey {
             Self::None => return remove(path),
             Self::UnderWay => UNDER_WAY.to_owned(),
             Self::Ended(Ended { at, waited }) => {
-                let at = at.map(|at| format!("{:?} {:?} {:?}", at.x_m, at.y_m, at.theta_rad));
+                let place = at.as_ref().map(|at| {
+                    let (pose, std_m, std_rad) = (at.pose, at.std_m, at.std_rad);
+                    format!(
+                        "{:?} {:?} {:?} {std_m:?} {std_rad:?}",
+                        pose.x_m, pose.y_m, pose.theta_rad
+                    )
+                });
+                let state = at.and_then(|at| at.state).unwrap_or_default();
                 let waited = match waited {
                     Waited::Not => None,
                     Waited::ToResume => Some(PAUSED.to_owned()),
                     Waited::ForReset => Some(STOPPED.to_owned()),
                 };
-                let words = [Some(ENDED.to_owned()), at, waited];
-                words.into_iter().flatten().collect::<Vec<_>>().join(" ")
+                let words = [Some(ENDED.to_owned()), place, waited];
+                let mut text = words.into_iter().flatten().collect::<Vec<_>>().join(" ");
+                if !state.is_empty() {
+                    text += STATE;
+                    text += &state;
+                }
+                text
             }
         };
         Ok(private::write(path, text.as_bytes())?)
@@ -135,18 +168,30 @@ mod tests {
         let path = folder.path().join("amr-1.journey");
         let read = || Journey::noted(&path).expect("readable");
         assert_eq!(read(), Journey::None);
-        let at = Some(Pose2::new(0.1 + 0.2, -1.0 / 3.0, 3.1));
+        let at = Some(Stood {
+            pose: Pose2::new(0.1 + 0.2, -1.0 / 3.0, 3.1),
+            std_m: 0.1,
+            std_rad: 1.0 / 3.0,
+            state: Some("back off = 3 state=x".to_owned()),
+        });
         let waits = [Waited::Not, Waited::ToResume, Waited::ForReset];
-        let ended = [at, None].map(|at| waits.map(|waited| Journey::from(Ended { at, waited })));
+        let ended = [at, None].map(|at| {
+            waits.map(|waited| {
+                let at = at.clone();
+                Journey::from(Ended { at, waited })
+            })
+        });
         assert_eq!(ended[1][0], Journey::None);
         for journey in [Journey::UnderWay].into_iter().chain(ended.concat()) {
-            journey.note(&path).expect("written");
+            journey.clone().note(&path).expect("written");
             assert_eq!(read(), journey);
         }
         for damaged in [
             "",
             "ended",
             "ended 1.0 2.0",
+            "ended 1.0 2.0 0.5 0.1",
+            "ended 1 2 3 0.1 -0.1",
             "ended 1.0 2.0 stopped",
             "ended 1 2 inf",
             "ended 1 2 3 stopped paused",
@@ -155,6 +200,13 @@ mod tests {
             fs::write(&path, damaged).expect("written");
             assert_eq!(read(), Journey::UnderWay, "{damaged:?}");
         }
+        fs::write(&path, "ended 1 2 3 stopped").expect("written");
+        let early = Stood {
+            pose: Pose2::new(1.0, 2.0, 3.0),
+            ..Stood::default()
+        };
+        let (at, waited) = (Some(early), Waited::ForReset);
+        assert_eq!(read(), Journey::Ended(Ended { at, waited }));
         fs::write(&path, [0xff, 0xfe]).expect("written");
         assert_eq!(read(), Journey::UnderWay);
         fs::remove_file(&path).expect("there");

@@ -13,12 +13,11 @@ use std::io::{self, Read};
 use std::path::PathBuf;
 
 use contract::private;
-use description::geometry::Pose2;
 
 use crate::composition::checkpoint::{Checkpoint, Unusable};
 use crate::composition::failure::Failure;
 use crate::composition::plan::Plan;
-use crate::fleet::Began;
+use crate::fleet::{Began, Stood};
 use crate::process::runtime::Runtime;
 use crate::realtime::log::LogSender;
 use crate::symbols::faults::Fault;
@@ -97,8 +96,13 @@ impl CheckpointStore for CheckpointFile {
             self.noted = true;
         }
         // There as a whole or not at all: the process may be killed at any moment.
-        private::write_unsynced(&self.path, &[self.boot_id.as_bytes(), bytes].concat())?;
-        Ok(())
+        let written =
+            private::write_unsynced(&self.path, &[self.boot_id.as_bytes(), bytes].concat());
+        if written.is_err() {
+            // The last one is not where the robot is any more. What has no room to be written has room to go.
+            journey::remove(&self.path)?;
+        }
+        Ok(written?)
     }
 
     fn is_noted(&self) -> bool {
@@ -144,7 +148,7 @@ pub struct Left {
     /// It ended somewhere, and nobody knows where.
     pub lost: bool,
     /// It ended here, as it was asked to.
-    pub ended: Option<Pose2>,
+    pub ended: Option<Stood>,
 }
 
 impl Left {
@@ -154,7 +158,9 @@ impl Left {
         if self.lost || self.place.is_some() {
             Began::Lost
         } else {
-            Began::Afresh { ended: self.ended }
+            Began::Afresh {
+                ended: self.ended.clone(),
+            }
         }
     }
 

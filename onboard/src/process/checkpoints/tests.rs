@@ -70,14 +70,22 @@ fn a_robot_that_ended_as_asked_is_where_it_ended_and_not_stopped() {
     let plan = plan(&[]);
     file.save(checkpoint(&plan, Mode::Running).to_bytes())
         .expect("kept");
-    let at = Pose2::new(1.0, 2.0, 0.5);
+    let at = Stood {
+        pose: Pose2::new(1.0, 2.0, 0.5),
+        std_m: 0.01,
+        std_rad: 0.01,
+        state: Some("drive-1".to_owned()),
+    };
+    let ends = || Began::Afresh {
+        ended: Some(at.clone()),
+    };
     let standing = |waited| Ended {
-        at: Some(at),
+        at: Some(at.clone()),
         waited,
     };
     file.arrive(standing(Waited::Not)).expect("noted");
     let left_once = left(&mut file, &plan, 101);
-    assert_eq!(left_once.began(), Began::Afresh { ended: Some(at) });
+    assert_eq!(left_once.began(), ends());
     assert!(!left_once.lost && !left_once.stopped && left_once.place.is_none());
     assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1);
     // So is one that waited, and goes on waiting.
@@ -87,7 +95,7 @@ fn a_robot_that_ended_as_asked_is_where_it_ended_and_not_stopped() {
     ] {
         file.arrive(standing(waited)).expect("noted");
         let left = left(&mut file, &plan, 101);
-        assert_eq!(left.began(), Began::Afresh { ended: Some(at) });
+        assert_eq!(left.began(), ends());
         assert_eq!((left.stopped, left.paused), (stopped, paused));
     }
     // Under way again, and the machine is switched off.
@@ -185,6 +193,21 @@ fn a_place_that_navigation_refuses_is_none() {
     let mut one = checkpoint(&plan, Mode::Running);
     one.navigator.state = 999;
     file.save(one.to_bytes()).expect("kept");
+    let left = left(&mut file, &plan, 101);
+    assert!(left.lost && left.place.is_none());
+}
+
+/// The last one that could be kept is not where the robot is any more.
+#[test]
+fn a_checkpoint_that_cannot_be_kept_leaves_no_older_one() {
+    let (folder, mut file) = file();
+    let plan = plan(&[]);
+    let mut one = checkpoint(&plan, Mode::Running);
+    file.save(one.to_bytes()).expect("kept");
+    // Where the next one would be written first.
+    let in_the_way = folder.path().join(".amr-1.checkpoint.new");
+    fs::create_dir(&in_the_way).expect("made");
+    assert!(file.save(one.to_bytes()).is_err());
     let left = left(&mut file, &plan, 101);
     assert!(left.lost && left.place.is_none());
 }

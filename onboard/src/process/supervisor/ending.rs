@@ -75,6 +75,10 @@ impl Supervisor {
         if self.panicked.is_raised() {
             self.keep_stopped(now_ns);
             self.log_panic();
+        } else {
+            // Where it has come to stand is where it ends.
+            let known = self.known(self.mode_of_itself() as u64);
+            self.keeper.keep(&mut self.symbols, known, now_ns);
         }
         let stands = self.end(now_ns);
         self.publish(now_ns);

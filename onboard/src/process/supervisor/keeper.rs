@@ -1,14 +1,20 @@
 //! Keeps the robot's checkpoint while it runs.
 
-use description::geometry::Pose2;
+use coordination::fsm::Machine;
+use skills::navigator::NavigatorCheckpoint;
 use skills::odometry::Odometry;
 use skills::tubes::FloorCheckpoint;
 
 use crate::composition::checkpoint::Checkpoint;
 use crate::composition::plan::Plan;
+use crate::fleet::Stood;
 use crate::process::checkpoints::{CheckpointStore, Ended, Left, Waited};
+use crate::realtime::clock::SECOND_NS;
 use crate::symbols::values::{Mode, Whereabouts};
 use crate::symbols::wiring::SupervisorSymbols;
+
+/// A note that is not on the disk by then makes people wait.
+const NOTED_NS: u64 = SECOND_NS;
 
 /// What the supervisor knows of a robot, besides what its symbols say.
 #[derive(Clone, Copy, Debug, Default)]
@@ -28,11 +34,13 @@ pub struct Keeper {
     /// A mediator manages the areas, and remembers where the robot was.
     managed: bool,
     /// Where the process before has ended as it was asked to,
-    ended: Option<Pose2>,
+    ended: Option<Stood>,
     /// or it has not, and this one goes on from its checkpoint.
     goes_on: bool,
     /// It could not be kept the last time.
     fails: bool,
+    /// When that the robot is under way was to be noted first.
+    since_ns: Option<u64>,
 }
 
 impl Keeper {
@@ -43,9 +51,10 @@ impl Keeper {
             store,
             checkpoint: Checkpoint::of(plan),
             managed: plan.site.value.areas_managed,
-            ended: left.ended,
+            ended: left.ended.clone(),
             goes_on: left.place.is_some(),
             fails: false,
+            since_ns: None,
         };
         if left.stopped {
             keeper.checkpoint.mode = Mode::Stopped as u64;
@@ -66,9 +75,10 @@ impl Keeper {
         self.store.is_noted()
     }
 
-    /// Something could not be kept the last time.
-    pub(super) fn fails(&self) -> bool {
-        self.fails
+    /// That should stand by now, and does not: it cannot be written, or the disk takes too long.
+    pub(super) fn is_overdue(&self, now_ns: u64) -> bool {
+        let late = |since_ns| now_ns.saturating_sub(since_ns) > NOTED_NS;
+        !self.is_noted() && (self.fails || self.since_ns.is_some_and(late))
     }
 
     /// Keeps where the robot is now, once it knows.
@@ -81,6 +91,7 @@ impl Keeper {
         }
         self.write(known, &odometry.value, &whereabouts.value, &floor.value);
         self.checkpoint.written_ns = now_ns;
+        self.since_ns.get_or_insert(now_ns);
         self.save();
     }
 
@@ -113,13 +124,13 @@ impl Keeper {
     }
 
     /// The robot has ended as it was asked to, and waited for this.
-    pub(super) fn arrive(&mut self, waited: Waited) {
+    pub(super) fn arrive(&mut self, waited: Waited, machine: &Machine) {
         let at = &self.checkpoint.navigator;
         let at = match self.checkpoint.written_ns {
             // So early that nobody knows more than before.
             0 if self.goes_on => return,
-            0 => self.ended,
-            _ => (self.managed && at.uncertain == 0).then_some(at.pose),
+            0 => self.ended.clone(),
+            _ => (self.managed && at.uncertain == 0).then(|| stood(at, machine)),
         };
         // What cannot be taken out is of this process, which is said to have crashed then.
         if let Err(error) = self.store.arrive(Ended { at, waited }) {
@@ -128,13 +139,37 @@ impl Keeper {
     }
 }
 
+fn stood(at: &NavigatorCheckpoint, machine: &Machine) -> Stood {
+    let state = machine.states().map(|(state, _)| state);
+    let state = { state }.find(|state| state.index() as u64 == at.state);
+    let std = |axis: usize| at.covariance[axis][axis].max(0.0).sqrt();
+    Stood {
+        pose: at.pose,
+        std_m: std(0).max(std(1)),
+        std_rad: std(2),
+        state: state.map(|state| machine.state_name(state).to_owned()),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::io;
     use std::sync::mpsc::{Sender, channel};
 
+    use description::geometry::Pose2;
+
     use super::*;
     use crate::composition::files::Files;
+
+    fn plan() -> Plan {
+        let config = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");
+        let plan = Plan::load(&Files {
+            robot: format!("{config}/robots/amr-1.toml").into(),
+            site: format!("{config}/sites/overtaking.toml").into(),
+            set: Vec::new(),
+        });
+        plan.expect("good files")
+    }
 
     /// Tells how a robot has ended.
     struct Told(Sender<Ended>);
@@ -153,19 +188,45 @@ mod tests {
         }
     }
 
+    /// Takes all, and never gets it to the disk.
+    struct Hangs;
+
+    impl CheckpointStore for Hangs {
+        fn save(&mut self, _bytes: &[u8]) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn arrive(&mut self, _ended: Ended) -> io::Result<()> {
+            Ok(())
+        }
+
+        fn is_noted(&self) -> bool {
+            false
+        }
+    }
+
+    #[test]
+    fn a_disk_that_takes_too_long_is_told_as_one_that_fails() {
+        let mut keeper = Keeper::new(Box::new(Hangs), &plan(), &Left::default());
+        assert!(
+            !keeper.is_overdue(60 * SECOND_NS),
+            "there was nothing to note"
+        );
+        keeper.since_ns = Some(60 * SECOND_NS);
+        assert!(!keeper.is_overdue(61 * SECOND_NS));
+        assert!(keeper.is_overdue(61 * SECOND_NS + 1));
+    }
+
     /// Asked to end before any symbol was written: a restart that comes twice.
     #[test]
     fn one_that_ends_at_once_knows_what_the_one_before_knew() {
-        let config = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");
-        let plan = Plan::load(&Files {
-            robot: format!("{config}/robots/amr-1.toml").into(),
-            site: format!("{config}/sites/overtaking.toml").into(),
-            set: Vec::new(),
+        let plan = plan();
+        let at = Some(Stood {
+            pose: Pose2::new(1.0, 2.0, 0.5),
+            ..Stood::default()
         });
-        let plan = plan.expect("good files");
-        let at = Some(Pose2::new(1.0, 2.0, 0.5));
         let ended = Left {
-            ended: at,
+            ended: at.clone(),
             ..Left::default()
         };
         let goes_on = Left {
@@ -173,9 +234,10 @@ mod tests {
             ..Left::default()
         };
         let waited = Waited::ForReset;
+        let navigator = plan.navigator().expect("one");
         for (left, expected) in [(ended, Some(Ended { at, waited })), (goes_on, None)] {
             let (told, says) = channel();
-            Keeper::new(Box::new(Told(told)), &plan, &left).arrive(waited);
+            Keeper::new(Box::new(Told(told)), &plan, &left).arrive(waited, navigator.machine());
             assert_eq!(says.try_recv().ok(), expected);
         }
     }

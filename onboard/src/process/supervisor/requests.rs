@@ -40,8 +40,6 @@ impl Supervisor {
                 self.raise(Who::Operator, Fault::OperatorStop, 0.0, now_ns);
                 Ok(Done::Stopped)
             }
-            // The word that is missing comes first: a reset alone would have it drive from where it believes to start.
-            Request::Reset if self.lost => Err(Refusal::Remaining(self.stopped_by().collect())),
             Request::Reset => {
                 self.watch.forget();
                 let hangs = self.watch.hangs();
@@ -60,6 +58,8 @@ impl Supervisor {
             {
                 Err(Refusal::MayMove)
             }
+            // Its state is one of the machine that goes.
+            Request::Place(_) if self.is_reloading() => Err(Refusal::AnotherReload),
             Request::Place(place) => match self.place(place, now_ns) {
                 Ok(()) => {
                     self.placings.wait(pending, now_ns + PLACED_NS);

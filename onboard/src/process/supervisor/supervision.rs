@@ -124,8 +124,8 @@ impl Supervisor {
             _ => Waited::Not,
         };
         // Whoever starts it again knows no better where it is.
-        if !self.lost {
-            self.keeper.arrive(waited);
+        if !self.is_lost() {
+            self.keeper.arrive(waited, &self.machine);
         }
     }
 
@@ -159,7 +159,7 @@ impl Supervisor {
     pub(super) fn known(&self, mode: u64) -> Known {
         Known {
             mode,
-            lost: self.lost,
+            lost: self.is_lost(),
             stopped_by: { self.stopped_by() }.fold(0, |all, fault| all | 1 << fault as u64),
         }
     }
@@ -168,7 +168,7 @@ impl Supervisor {
     fn judge_keeping(&mut self, now_ns: u64) {
         if self.keeper.is_noted() {
             self.clear(Who::Supervisor, Fault::NoteUnwritten, now_ns);
-        } else if self.keeper.fails() {
+        } else if self.keeper.is_overdue(now_ns) {
             self.raise(Who::Supervisor, Fault::NoteUnwritten, 0.0, now_ns);
         }
     }
@@ -267,7 +267,7 @@ impl Supervisor {
         }
     }
 
-    fn mode_of_itself(&self) -> Mode {
+    pub(super) fn mode_of_itself(&self) -> Mode {
         if self.stopped_by().next().is_some() {
             Mode::Stopped
         } else if self.operator_paused {
@@ -307,10 +307,15 @@ impl Supervisor {
         }
     }
 
+    /// Nobody knows where the robot stands: by what the process before has left, or by what the fleet says to that.
+    fn is_lost(&self) -> bool {
+        self.lost || self.table.state(Fault::PlaceUnknown).active != 0
+    }
+
     /// Whether the robot is to stand, whatever navigation wants: a level, which nobody can miss who runs again.
     fn is_halted(&self) -> bool {
         let mut stops = STOPS.iter().chain([&Fault::WheelSlip, &Fault::LidarFrozen]);
-        let lost = self.lost && self.lease.is_none();
+        let lost = self.is_lost() && self.lease.is_none();
         self.ending_since_ns != 0
             || lost
             || !self.keeper.is_noted()
@@ -362,6 +367,7 @@ impl Supervisor {
 
     pub(super) fn publish(&mut self, now_ns: u64) {
         self.mode_value.halt = u64::from(self.is_halted());
+        self.mode_value.lost = u64::from(self.is_lost());
         self.symbols.faults.write(now_ns, &self.table);
         self.symbols.mode.write(now_ns, &self.mode_value);
     }

@@ -100,6 +100,11 @@ impl Chain<'_> {
             let number = usize::try_from(self.tube.reason).ok();
             let reason = number.and_then(|number| Reason::ALL.get(number).copied());
             return match reason {
+                None | Some(Reason::None)
+                    if self.faults.state(Fault::NoteUnwritten).active != 0 =>
+                {
+                    format!("fault: {}", Fault::NoteUnwritten.sentence())
+                }
                 None | Some(Reason::None) => {
                     "tube: the motion thread or the supervisor is late".to_owned()
                 }

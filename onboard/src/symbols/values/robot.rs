@@ -44,6 +44,8 @@ value! {
         mode: u64,
         /// 1: it is to stand, with the deceleration of stops, whatever navigation wants.
         halt: u64,
+        /// 1 while nobody knows where the robot stands.
+        lost: u64,
         /// Number of the session of who drives it by hand, 0 for none.
         teleop: u64,
         /// Tells this start of the process from others.
