@@ -85,58 +85,86 @@ impl Board {
         &mut self,
         all: &[Row],
         outside: &mut Outside<'_>,
-        mut lane: usize,
+        lane: usize,
+        left: &mut u32,
+        on_fire: impl FnMut(usize),
+    ) -> usize {
+        // More than all of a block do not fire in a round.
+        if *left as usize > BITS {
+            let fresh = self.fresh;
+            let last = self.run_counted::<PORTS, false>(all, outside, lane, left, on_fire);
+            *left -= (fresh ^ self.fresh).count_ones();
+            return last;
+        }
+        self.run_counted::<PORTS, true>(all, outside, lane, left, on_fire)
+    }
+
+    /// `COUNTED`, or `left` allows all of a block.
+    #[inline(always)]
+    fn run_counted<const PORTS: bool, const COUNTED: bool>(
+        &mut self,
+        all: &[Row],
+        outside: &mut Outside<'_>,
+        lane: usize,
         left: &mut u32,
         mut on_fire: impl FnMut(usize),
     ) -> usize {
         let mut board = *self;
         let mut more = *left;
-        let mut bit = 1 << lane;
-        let mut rest = &all[lane..];
-        while let [one, behind @ ..] = rest {
+        let mut bit: u64 = 1 << lane;
+        let mut rest = all[lane..].iter();
+        let mut next = rest.next();
+        while let Some(one) = next {
             board.fire(one);
             board.fresh ^= bit;
-            lane = all.len() - rest.len();
+            let lane = bit.trailing_zeros() as usize;
             on_fire(lane);
             if PORTS {
                 outside.change(lane);
             }
-            more -= 1;
-            if more == 0 {
-                break;
+            if COUNTED {
+                more -= 1;
+                if more == 0 {
+                    break;
+                }
             }
             // Often the next one is ready. To ask for just this one first lets the processor go on with it
             // before it knows.
-            bit <<= 1;
-            if board.fresh & bit != 0 {
-                if let [next, ..] = behind
-                    && next.is_met(board.marks)
+            let behind = bit << 1;
+            if board.fresh & behind != 0 {
+                if let Some(ready) = rest
+                    .as_slice()
+                    .first()
+                    .filter(|row| row.is_met(board.marks))
                 {
-                    rest = behind;
+                    rest.next();
+                    (next, bit) = (Some(ready), behind);
                     continue;
                 }
-                board.todo &= !bit;
+                board.todo &= !behind;
                 // Or the one behind it.
-                bit <<= 1;
-                if board.fresh & bit != 0
-                    && let [_, behind @ ..] = behind
-                    && let [next, ..] = behind
-                    && next.is_met(board.marks)
+                let behind = behind << 1;
+                if board.fresh & behind != 0
+                    && let Some(ready) =
+                        rest.as_slice().get(1).filter(|row| row.is_met(board.marks))
                 {
-                    rest = behind;
+                    rest.nth(1);
+                    (next, bit) = (Some(ready), behind);
                     continue;
                 }
-                bit >>= 1;
             }
-            let among = board.fresh & (bit << 1).wrapping_neg();
-            let Some(next) = board.search(all, among) else {
+            let among = board.fresh & (behind << 1).wrapping_neg();
+            let Some(found) = board.search(all, among) else {
                 break;
             };
-            bit = 1 << (next % BITS);
-            rest = &all[next..];
+            bit = 1 << (found % BITS);
+            rest = all[found..].iter();
+            next = rest.next();
         }
         *self = board;
-        *left = more;
-        lane
+        if COUNTED {
+            *left = more;
+        }
+        bit.trailing_zeros() as usize
     }
 }
