@@ -24,10 +24,11 @@ use crate::activities::port::Port;
 use crate::activities::proprioception::Proprioception;
 use crate::activities::robot_activity::{RobotActivity, ThreadActivities};
 use crate::activities::scans::ScanIntake;
-use crate::composition::checkpoint::{Checkpoint, Unusable};
+use crate::composition::beginning::Beginning;
+use crate::composition::checkpoint::Checkpoint;
 use crate::composition::plan::{Plan, PlanError, ns_from_ms};
 use crate::composition::replacement::ReloadEnds;
-use crate::fleet::{Began, Setup, Start};
+use crate::fleet::{Began, Setup};
 use crate::realtime::clock::{Clock, Monotonic, now_ns};
 use crate::realtime::log::LogSender;
 use crate::realtime::panic::Panicked;
@@ -113,54 +114,6 @@ pub fn compose(
         scan_wake,
         table: wiring.table,
     })
-}
-
-/// Where the robot begins.
-pub struct Beginning<'a> {
-    /// Navigation, there.
-    pub navigator: Box<Navigator>,
-    /// Where an operator puts a robot that is lost.
-    pub start: Start,
-    /// What the process before has left, if the robot goes on from there.
-    pub left: Option<&'a Checkpoint>,
-    /// What the fleet is to know of that.
-    pub began: Began,
-}
-
-impl<'a> Beginning<'a> {
-    /// At the robot's start, or where the process before has left it: by its checkpoint, or, `without` one, by how it has ended.
-    ///
-    /// # Errors
-    /// As [`Plan::navigator`].
-    pub fn of(
-        plan: &Plan,
-        left: Option<&'a Checkpoint>,
-        without: Began,
-        log: &LogSender,
-    ) -> Result<Self, PlanError> {
-        let mut navigator = Box::new(plan.navigator()?);
-        let start = plan.start(navigator.machine().state());
-        let used = left.filter(|left| navigator.resume(&left.navigator));
-        if left.is_some() && used.is_none() {
-            log.warn(format!("the checkpoint is not used: {}", Unusable::Lost));
-        }
-        let began = used.map_or(without, |_| Began::GoesOn);
-        if let Began::Afresh { ended: Some(at) } = &began {
-            // What the fleet has to say to that, it says once it is there; until then nothing else is taken for its place.
-            let std_m = at.std_m.max(start.std_m);
-            navigator.relocate(at.pose, std_m, at.std_rad.max(start.std_rad));
-            let state = at.state.as_deref();
-            if let Some(state) = state.and_then(|name| navigator.machine().state_id(name)) {
-                navigator.restart_in(state);
-            }
-        }
-        Ok(Self {
-            navigator,
-            start,
-            left: used,
-            began,
-        })
-    }
 }
 
 /// The queues between navigation and communication: navigation's end, and what communication needs. `None` where nobody

@@ -1,5 +1,6 @@
 //! Composition: the two files become parts, and parts, symbols and ports become activities.
 
+pub mod beginning;
 pub mod checkpoint;
 pub mod compose;
 pub mod failure;

@@ -10,7 +10,8 @@ use description::threads::Trigger;
 use description::wheels::{EncoderAngles, WheelSpeeds};
 use skills::scan::ScanGeometry;
 
-use super::compose::{Beginning, by_thread, compose_chain};
+use super::beginning::Beginning;
+use super::compose::{by_thread, compose_chain};
 use super::files::Files;
 use super::plan::Plan;
 use super::replacement::ReloadHands;

@@ -10,8 +10,9 @@ use description::threads::ActivityKind;
 use onboard::activities::news::Alarm;
 use onboard::activities::port::Port;
 use onboard::cli::{Failure, Files};
+use onboard::composition::beginning::Beginning;
 use onboard::composition::compose::{
-    Beginning, by_thread, compose_chain, compose_communication, compose_devices, membership, port,
+    by_thread, compose_chain, compose_communication, compose_devices, membership, port,
 };
 use onboard::composition::plan::{Plan, thread_names};
 use onboard::process::checkpoints::Left;
