@@ -5,7 +5,7 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::cuts::Cuts;
-use super::layout::{BITS, Layout, Row};
+use super::layout::{BITS, Layout, Row, Users};
 use super::state::{Block, State};
 use crate::event::EventId;
 use crate::petri::bits::lowest;
@@ -88,9 +88,6 @@ impl Block {
     }
 }
 
-/// By bit of a word: the transitions of a block that need the place empty, and those that need it marked.
-type Users = [[u64; 2]; BITS];
-
 /// Those that may be enabled when `row` has fired.
 #[inline(always)]
 fn woken(row: &Row, users: &Users) -> u64 {
@@ -165,7 +162,7 @@ fn one_word(structure: &Structure) -> (Layout, State) {
     let layout = Layout {
         rows: rows.into(),
         spots: Box::default(),
-        users: users[..structure.place_count()].into(),
+        users: [users].into(),
         shared: 0,
         neighbours: Box::default(),
         has_ports: false,
@@ -191,32 +188,27 @@ fn several_words(structure: &Structure, cuts: Cuts) -> (Layout, State) {
         states[block].marks |= u64::from(is_marked) << spot.bit;
     }
     let mut rows: Vec<Row> = Vec::with_capacity(structure.transition_count() + 1);
-    let mut users_of: Vec<Users> = vec![[[0; 2]; BITS]; blocks.len()];
+    let mut users: Vec<Users> = vec![[[0; 2]; BITS]; blocks.len()];
     let mut neighbours = vec![[0; 2]; shared.count_ones() as usize];
     let mut all = structure.arcs();
-    for ((number, state), users) in states.iter_mut().enumerate().zip(&mut users_of) {
+    for ((number, state), users) in states.iter_mut().enumerate().zip(&mut users) {
         for (lane, arcs) in all.by_ref().take(state.end - state.first).enumerate() {
             let row = row_of(arcs, lane, users, |place| spots[place.index()].bit.into());
             state.on_shared |= u64::from(row.mask & shared != 0) << lane;
             rows.push(row);
         }
         add_wakes(&mut rows[state.first..], users);
-        for (blocks, users) in neighbours.iter_mut().zip(&*users) {
+        for (blocks, users) in neighbours.iter_mut().zip(users.iter().rev()) {
             for (blocks, users) in blocks.iter_mut().zip(users) {
                 *blocks |= u64::from(*users != 0) << number;
             }
         }
     }
-    let users = spots.iter().map(|spot| match spot.is_shared() {
-        true => neighbours[usize::from(spot.bit)],
-        false => users_of[usize::from(spot.block)][usize::from(spot.bit)],
-    });
-    let users = users.collect();
     rows.push(Row::NEVER);
     let layout = Layout {
         rows: rows.into(),
         spots: spots.into(),
-        users,
+        users: users.into(),
         shared,
         neighbours: neighbours.into(),
         has_ports: false,

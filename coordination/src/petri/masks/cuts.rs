@@ -5,7 +5,7 @@ use alloc::vec::Vec;
 use core::ops::Range;
 
 use super::layout::{BITS, MAX_BLOCKS, Spot};
-use crate::petri::model::{Structure, Use};
+use crate::petri::model::Structure;
 
 /// How many transitions a block may be shorter, if fewer places reach across its end then; at most half.
 const SHORTER: usize = 31;
@@ -15,7 +15,7 @@ pub(super) struct Cuts {
     pub(super) blocks: Vec<Range<usize>>,
     /// By place.
     pub(super) spots: Vec<Spot>,
-    /// The bits of the shared places, the lowest ones.
+    /// The bits of the shared places, the highest ones.
     pub(super) shared: u64,
 }
 
@@ -26,83 +26,92 @@ impl Cuts {
         if transitions > BITS * MAX_BLOCKS || places > BITS * (MAX_BLOCKS + 1) {
             return None;
         }
+        // By transition: how many places it is the first to mention, and the last.
+        let mut ends = vec![[0_u16; 2]; transitions];
+        // Places that are in two blocks, wherever the cuts are.
+        let mut far = 0;
+        for user in &structure.uses {
+            let [first, last] = user.transitions();
+            ends[first][0] += 1;
+            ends[last][1] += 1;
+            far += usize::from(last - first >= BITS);
+        }
         let mut block_of = vec![0; transitions];
+        let most = BITS.checked_sub(far).unwrap_or_default();
+        // Where processes share something, mostly one more place reaches across each cut.
+        let likely = most.saturating_sub(if far == 0 { 0 } else { places / BITS });
+        let mut room = likely;
         // Shorter blocks may share more places, which leaves less room for others, and so on.
-        let mut room = BITS;
         loop {
-            let blocks = blocks(structure, room)?;
+            let blocks = match blocks(&ends, room) {
+                None if room == likely && likely < most => {
+                    room = most;
+                    continue;
+                }
+                blocks => blocks?,
+            };
             for (block, number) in blocks.iter().zip(0..) {
                 block_of[block.clone()].fill(number);
             }
-            // Where all places fit into a word, that is the word of all.
-            let block_of = |user: &Use| {
+            let mut own = [0; MAX_BLOCKS];
+            let mut shared = 0;
+            let mut spots = Vec::with_capacity(places);
+            for user in &structure.uses {
                 let [first, last] = user.transitions().map(|transition| block_of[transition]);
-                (first == last && places > BITS).then_some(first)
-            };
-            let own = structure.uses.iter().filter_map(block_of);
-            let mut count = [0; MAX_BLOCKS];
-            own.for_each(|block| count[usize::from(block)] += 1);
-            let shared = places - count.iter().sum::<usize>();
-            let most = count.iter().max().copied().unwrap_or_default();
-            if shared > BITS {
-                return None;
+                // Where all places fit into a word, that is the word of all.
+                spots.push(if first == last && places > BITS {
+                    own[usize::from(first)] += 1;
+                    Spot {
+                        block: first,
+                        bit: own[usize::from(first)] - 1,
+                    }
+                } else {
+                    shared += 1;
+                    if usize::from(shared) > BITS {
+                        return None;
+                    }
+                    Spot {
+                        block: Spot::SHARED,
+                        bit: BITS as u8 - shared,
+                    }
+                });
             }
-            if most + shared > BITS {
-                // Fewer each time.
-                room = (BITS - shared).min(room - 1);
-                continue;
+            let shared = usize::from(shared);
+            let largest = own.iter().max().copied().unwrap_or_default();
+            if usize::from(largest) + shared <= BITS {
+                return Some(Self {
+                    blocks,
+                    spots,
+                    shared: !(!0_u64).checked_shr(shared as u32).unwrap_or_default(),
+                });
             }
-            let mut next = [shared as u8; MAX_BLOCKS];
-            let mut next_shared = 0;
-            let spots = { structure.uses.iter().map(block_of) }.map(|block| {
-                let (block, next) = match block {
-                    Some(block) => (block, &mut next[usize::from(block)]),
-                    None => (Spot::SHARED, &mut next_shared),
-                };
-                *next += 1;
-                Spot {
-                    block,
-                    bit: *next - 1,
-                }
-            });
-            return Some(Self {
-                spots: spots.collect(),
-                blocks,
-                shared: !(!0_u64).checked_shl(shared as u32).unwrap_or_default(),
-            });
+            // Fewer each time.
+            room = (BITS - shared).min(room.checked_sub(1)?);
         }
     }
 }
 
-/// As few as the places allow, `room` in each, and each cut where few places reach across.
-fn blocks(structure: &Structure, room: usize) -> Option<Vec<Range<usize>>> {
-    let transitions = structure.transition_count();
-    // By transition: how many places it is the first to mention, and the last.
-    let mut begin = vec![0_u16; transitions];
-    let mut end = vec![0_u16; transitions];
-    for user in &structure.uses {
-        let [first, last] = user.transitions();
-        begin[first] += 1;
-        end[last] += 1;
-    }
-    let mut blocks = Vec::new();
+/// As few as the places allow, `room` in each, and each cut where few places reach across. By transition: how many places it is
+/// the first to mention, and the last.
+fn blocks(ends: &[[u16; 2]], room: usize) -> Option<Vec<Range<usize>>> {
+    let mut blocks = Vec::with_capacity(MAX_BLOCKS);
     let (mut start, mut across) = (0, 0);
-    while start < transitions {
+    while start < ends.len() {
         if blocks.len() == MAX_BLOCKS {
             return None;
         }
         // The places that some transition of the block is the first to mention fit into its word.
         let (mut places, mut reach) = (0, across);
-        let (mut stop, mut fewest) = (start + 1, usize::MAX);
-        let (mut ahead, mut farthest) = ([0; BITS], 0);
-        for transition in start..transitions.min(start + BITS) {
-            places += usize::from(begin[transition]);
-            if places > room && transition > start {
+        let (mut stop, mut fewest) = (start + 1, u16::MAX);
+        let (mut ahead, mut farthest) = ([0; BITS], 0_usize);
+        for (&[begin, end], ahead) in ends[start..].iter().zip(&mut ahead) {
+            places += usize::from(begin);
+            if places > room && farthest > 0 {
                 break;
             }
-            reach = reach + usize::from(begin[transition]) - usize::from(end[transition]);
-            ahead[transition - start] = reach;
-            farthest = transition - start + 1;
+            reach = reach + begin - end;
+            *ahead = reach;
+            farthest += 1;
         }
         let nearest = farthest.saturating_sub(SHORTER + 1).max(farthest / 2);
         for (&reach, length) in ahead[nearest..farthest].iter().zip(nearest + 1..) {

@@ -41,6 +41,9 @@ impl Row {
     }
 }
 
+/// By bit of a word: the transitions of a block that need the place empty, and those that need it marked.
+pub(in crate::petri) type Users = [[u64; 2]; BITS];
+
 /// Where a place is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::petri) struct Spot {
@@ -68,13 +71,12 @@ pub(in crate::petri) struct Layout {
     pub(in crate::petri) rows: Box<[Row]>,
     /// By place; empty if the net is one word, whose bits are the places in order.
     pub(in crate::petri) spots: Box<[Spot]>,
-    /// By place: those that may be enabled when it is emptied, and when it is marked. Of a place of a
-    /// block, transitions; of a shared one, blocks.
-    pub(in crate::petri) users: Box<[[u64; 2]]>,
+    /// By block.
+    pub(in crate::petri) users: Box<[Users]>,
     /// The bits of the shared places, in the word of every block.
     pub(in crate::petri) shared: u64,
-    /// By bit of a shared place: the blocks that may have something to do when it is emptied, and when it is
-    /// marked.
+    /// By bit of a shared place, from the highest: the blocks that may have something to do when it is emptied, and
+    /// when it is marked.
     pub(in crate::petri) neighbours: Box<[[u64; 2]]>,
     pub(in crate::petri) has_ports: bool,
     /// By transition: its [`PortChange`]s; empty if the net has no ports.

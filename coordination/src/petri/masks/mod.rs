@@ -7,7 +7,7 @@
 //!
 //! A net of up to 64 places and 64 transitions is one word, as those are that robots need. A larger one
 //! is cut into *blocks* of up to 64 consecutive transitions, each with a word of its own. Places that
-//! several blocks mention are *shared*: they are the lowest bits of every word, and the other bits are the
+//! several blocks mention are *shared*: they are the highest bits of every word, and the other bits are the
 //! places that no other block mentions. The block that runs has the marks of the shared ones; the next to
 //! run takes them over. The cuts are where few places reach across, so that processes declared one after
 //! another with some resources between them fit; a net that does not fit is laid out in

@@ -96,8 +96,9 @@ impl State {
         let spot = layout.spot(place);
         let is_marked = !self.is_marked(layout, place);
         self.next = Self::UNKNOWN;
-        let wakes = layout.users[place.index()][usize::from(is_marked)];
         if spot.is_shared() {
+            let bit = BITS - 1 - usize::from(spot.bit);
+            let wakes = layout.neighbours[bit][usize::from(is_marked)];
             self.now.marks ^= spot.mask();
             self.told ^= spot.mask();
             self.active |= wakes;
@@ -107,6 +108,7 @@ impl State {
             return;
         }
         let block = usize::from(spot.block);
+        let wakes = layout.users[block][usize::from(spot.bit)][usize::from(is_marked)];
         self.active |= 1 << block;
         let block = if block == self.block {
             &mut self.now
@@ -123,7 +125,8 @@ impl State {
         let mut changed = (self.now.marks ^ self.told) & layout.shared;
         while let Some(bit) = lowest(changed) {
             let is_marked = self.now.marks >> bit & 1 == 1;
-            self.active |= layout.neighbours[bit][usize::from(is_marked)] & !(1 << self.block);
+            let neighbours = layout.neighbours[BITS - 1 - bit][usize::from(is_marked)];
+            self.active |= neighbours & !(1 << self.block);
             changed &= changed - 1;
         }
         self.told = self.now.marks & layout.shared;

@@ -14,7 +14,6 @@ mod structure;
 pub use binding::{Binding, PlaceKind};
 pub(super) use data::ModelData;
 pub use error::ModelError;
-pub(super) use lists::Use;
 pub(super) use names::Element;
 pub use net_model::{NetModel, Place, PlaceSet, Transition};
 pub(super) use structure::Arcs;
