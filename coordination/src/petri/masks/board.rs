@@ -6,6 +6,9 @@ use crate::petri::bits::lowest;
 use crate::petri::ports::{PortChange, Ports};
 use crate::petri::span::Span;
 
+/// How many of the next transitions are asked one by one.
+const NEAR: usize = 2;
+
 /// What changes while a block runs.
 #[derive(Clone, Copy)]
 pub(super) struct Board {
@@ -128,32 +131,29 @@ impl Board {
                     break;
                 }
             }
-            // Often the next one is ready. To ask for just this one first lets the processor go on with it
+            // Often one of the next is ready. To ask for just these first lets the processor go on with them
             // before it knows.
-            let behind = bit << 1;
-            if board.fresh & behind != 0 {
-                if let Some(ready) = rest
-                    .as_slice()
-                    .first()
-                    .filter(|row| row.is_met(board.marks))
-                {
-                    rest.next();
-                    (next, bit) = (Some(ready), behind);
-                    continue;
+            let mut behind = bit << 1;
+            let mut ready = None;
+            for ahead in 0..NEAR {
+                if board.fresh & behind != 0 {
+                    ready = rest
+                        .as_slice()
+                        .get(ahead)
+                        .filter(|row| row.is_met(board.marks));
+                    if ready.is_some() {
+                        rest.nth(ahead);
+                        break;
+                    }
+                    board.todo &= !behind;
                 }
-                board.todo &= !behind;
-                // Or the one behind it.
-                let behind = behind << 1;
-                if board.fresh & behind != 0
-                    && let Some(ready) =
-                        rest.as_slice().get(1).filter(|row| row.is_met(board.marks))
-                {
-                    rest.nth(1);
-                    (next, bit) = (Some(ready), behind);
-                    continue;
-                }
+                behind <<= 1;
             }
-            let among = board.fresh & (behind << 1).wrapping_neg();
+            if ready.is_some() {
+                (next, bit) = (ready, behind);
+                continue;
+            }
+            let among = board.fresh & behind.wrapping_neg();
             let Some(found) = board.search(all, among) else {
                 break;
             };
