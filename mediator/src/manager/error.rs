@@ -61,9 +61,36 @@ pub enum ClearError {
     )]
     Inside { area: String, robot: String },
     /// Another mediator goes on, and knows.
-    #[error("this mediator stands by: say it to the one that robots follow")]
-    StandsBy,
+    #[error(transparent)]
+    StandsBy(#[from] StandsBy),
 }
+
+/// Why an area was not closed, or not opened.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum CloseError {
+    /// No such area.
+    #[error(transparent)]
+    Unknown(#[from] UnknownArea),
+    /// Another mediator lets robots in.
+    #[error(transparent)]
+    StandsBy(#[from] StandsBy),
+}
+
+/// Why a coordination was not ended.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum EndError {
+    /// No such coordination runs.
+    #[error(transparent)]
+    NotRunning(#[from] NotRunning),
+    /// Another mediator orders.
+    #[error(transparent)]
+    StandsBy(#[from] StandsBy),
+}
+
+/// An operator's order is carried out by nobody: robots follow another mediator.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("this mediator stands by: say it to the one that robots follow")]
+pub struct StandsBy;
 
 /// No such coordination runs.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
@@ -107,8 +134,8 @@ pub enum AbsentError {
         areas: String,
     },
     /// Another mediator goes on, and knows.
-    #[error("this mediator stands by: say it to the one that robots follow")]
-    StandsBy,
+    #[error(transparent)]
+    StandsBy(#[from] StandsBy),
 }
 
 /// To the next tenth, so that it is over when they are.

@@ -1,6 +1,6 @@
 //! An operator closes areas and opens them again while robots drive.
 
-use super::error::UnknownArea;
+use super::error::{CloseError, UnknownArea};
 use super::routing::Manager;
 use crate::journal::ClosedRecord;
 
@@ -18,14 +18,15 @@ impl Manager {
     /// is in it, or may still come.
     ///
     /// # Errors
-    /// [`UnknownArea`] when the site has no such area.
+    /// [`CloseError`] when the site has no such area, or this mediator stands by.
     pub fn close(
         &mut self,
         area_id: &str,
         record: ClosedRecord,
         now_ns: u64,
-    ) -> Result<Inside, UnknownArea> {
+    ) -> Result<Inside, CloseError> {
         let area = self.known_area(area_id)?;
+        self.takes_orders()?;
         self.areas.close(area, record, &mut self.effects);
         self.go_on(now_ns);
         let (standing, granted): (Vec<usize>, Vec<usize>) = { self.areas.occupants(area) }
@@ -47,9 +48,10 @@ impl Manager {
     /// An operator opens an area again. Returns whether it was closed.
     ///
     /// # Errors
-    /// [`UnknownArea`] when the site has no such area.
-    pub fn open(&mut self, area_id: &str, now_ns: u64) -> Result<bool, UnknownArea> {
+    /// [`CloseError`] when the site has no such area, or this mediator stands by.
+    pub fn open(&mut self, area_id: &str, now_ns: u64) -> Result<bool, CloseError> {
         let area = self.known_area(area_id)?;
+        self.takes_orders()?;
         let was_closed = self.areas.open(area, &mut self.effects);
         self.go_on(now_ns);
         Ok(was_closed)

@@ -32,7 +32,10 @@ mod view;
 pub use alarm::{Alarm, BadReport};
 pub use coordinations::CoordinationStatus;
 pub use effects::Counters;
-pub use error::{AbsentError, ClearError, NotRunning, RestoreError, UnknownArea, UnknownRobot};
+pub use error::{
+    AbsentError, ClearError, CloseError, EndError, NotRunning, RestoreError, StandsBy, UnknownArea,
+    UnknownRobot,
+};
 pub use lanes::Inside;
 pub use routing::Manager;
 pub use sessions::Factsheet;

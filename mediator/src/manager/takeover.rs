@@ -19,7 +19,7 @@ use contract::timing::ENTERS_NO_MORE_NS;
 use contract::wire::RobotReport;
 
 use super::alarm::Alarm;
-use super::error::{AbsentError, ClearError, NotRunning, UnknownRobot};
+use super::error::{AbsentError, ClearError, EndError, NotRunning, StandsBy, UnknownRobot};
 use super::routing::Manager;
 use crate::journal::Entry;
 
@@ -130,9 +130,7 @@ impl Manager {
         now_ns: u64,
     ) -> Result<Vec<String>, ClearError> {
         let area = self.known_area(area_id)?;
-        if self.peers.stands_by {
-            return Err(ClearError::StandsBy);
-        }
+        self.takes_orders()?;
         let occupants: Vec<usize> = self.areas.occupants(area).collect();
         let is_heard_there = |robot| {
             let occupant = self.areas.robot(robot);
@@ -200,9 +198,7 @@ impl Manager {
             found: robot_id.to_owned(),
             known: self.names.all_robots(),
         })?;
-        if self.peers.stands_by {
-            return Err(AbsentError::StandsBy);
-        }
+        self.takes_orders()?;
         let seconds = &self.areas.robot(robot).seconds;
         let second_in = seconds.areas();
         let mut seconds_heard =
@@ -248,8 +244,9 @@ impl Manager {
     /// Returns its name, and whether they are let go.
     ///
     /// # Errors
-    /// [`NotRunning`] when there is none.
-    pub fn end(&mut self, named: &str, now_ns: u64) -> Result<(String, bool), NotRunning> {
+    /// [`EndError`] when there is none, or this mediator stands by.
+    pub fn end(&mut self, named: &str, now_ns: u64) -> Result<(String, bool), EndError> {
+        self.takes_orders()?;
         let mut ended = None;
         self.coordinate(now_ns, |coordinations, around| {
             ended = coordinations.end_by_hand(named, around);
@@ -260,6 +257,14 @@ impl Manager {
         })?;
         self.go_on(now_ns);
         Ok(ended)
+    }
+
+    /// What an operator orders is carried out here, and not by another mediator, which would know nothing of it.
+    pub(super) fn takes_orders(&self) -> Result<(), StandsBy> {
+        if self.peers.stands_by {
+            return Err(StandsBy);
+        }
+        Ok(())
     }
 
     /// It reports, whether it follows this mediator or not.

@@ -7,8 +7,8 @@ use contract::client::{Client, Received, Situation};
 use contract::floor::{Floor, FloorArea};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 use contract::wire::MediatorReport;
-use mediator::journal::Stored;
-use mediator::manager::{AbsentError, Alarm, ClearError, Manager, Status};
+use mediator::journal::{ClosedRecord, Stored};
+use mediator::manager::{AbsentError, Alarm, ClearError, Manager, StandsBy, Status};
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
 
 pub const AREA: &str = "gate";
@@ -172,8 +172,22 @@ fn nobody_says_that_a_robot_is_absent_which_may_enter_by_what_this_mediator_does
     talk(&mut spare, &mut robots, NOW_NS);
     assert!(spare.stands_by());
     let said = spare.absent("amr-1", true, now_ns);
-    assert_eq!(said, Err(AbsentError::StandsBy));
-    assert_eq!(spare.clear(AREA, true, now_ns), Err(ClearError::StandsBy));
+    assert_eq!(said, Err(StandsBy.into()));
+    assert_eq!(spare.clear(AREA, true, now_ns), Err(StandsBy.into()));
+}
+
+/// It would answer that nobody is let in, while the other one lets robots in.
+#[test]
+fn one_that_stands_by_closes_and_opens_nothing_and_ends_nothing() {
+    let mut robots = running();
+    let mut spare = start(&begun(2), 60, NOW_NS);
+    talk(&mut spare, &mut robots, NOW_NS);
+    assert!(spare.stands_by());
+    let closed = spare.close(AREA, ClosedRecord::default(), NOW_NS);
+    assert_eq!(closed, Err(StandsBy.into()));
+    assert_eq!(spare.open(AREA, NOW_NS), Err(StandsBy.into()));
+    assert_eq!(spare.end("overtaking", NOW_NS), Err(StandsBy.into()));
+    assert!(!spare.status(NOW_NS).areas[0].closed);
 }
 
 /// One robot has the gate, and one has been there; journal 1, at its third start.

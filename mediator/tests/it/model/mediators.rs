@@ -126,6 +126,7 @@ impl Fleet {
         let Some(manager) = mediator.and_then(|own| own.manager.as_mut()) else {
             return;
         };
+        let stood_by = manager.stands_by();
         match report {
             Some(report)
                 if self.broken == Some(Broken::NeverStandsBy)
@@ -140,11 +141,19 @@ impl Fleet {
             Some(report) => manager.report(report, now_ns),
             None => manager.tick(now_ns),
         }
+        let turns = stood_by != manager.stands_by();
         let entries: Vec<_> = manager.entries().collect();
         let alarms: Vec<_> = manager.alarms().collect();
         let mut messages: Vec<_> = std::iter::from_fn(|| manager.next_message(now_ns)).collect();
         if self.broken == Some(Broken::NeverRevokes) {
             messages.iter_mut().for_each(|own| own.revocations.clear());
+        }
+        if turns {
+            // Whoever goes on now was told nothing.
+            self.closed.clear();
+            if self.is_recovered {
+                self.open_all();
+            }
         }
         alarms.into_iter().for_each(|alarm| self.tell_people(alarm));
         for entry in &entries {

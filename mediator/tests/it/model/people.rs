@@ -2,6 +2,7 @@
 
 use super::UNKNOWN_MS;
 use super::fleet::{Broken, Fleet};
+use super::mediators::Mediator;
 use super::robot::{Mistake, Robot};
 use crate::random::Random;
 use contract::timing::ENTERS_NO_MORE_NS;
@@ -127,16 +128,19 @@ impl Fleet {
             return;
         }
         let own = &running[random.below(running.len() as u64) as usize];
-        manager
-            .end(&own.number.to_string(), now_ns)
-            .expect("it runs");
+        let stands_by = manager.stands_by();
+        let ended = manager.end(&own.number.to_string(), now_ns);
+        assert!(ended.is_ok() || stands_by, "it runs: {ended:?}");
         self.tally.orders += 1;
-        self.tally.ended += 1;
+        self.tally.ended += u64::from(ended.is_ok());
     }
 
     fn close_or_open(&mut self, number: usize, random: &mut Random) {
         let area = random.below(self.floor.limits.len() as u64) as usize;
         let (id, now_ns) = (self.floor.name(area), self.now_ms * 1_000_000);
+        // Where two go on, each closes for its own robots only.
+        let goes_on = |own: &Mediator| own.manager.as_ref().is_none_or(|own| !own.stands_by());
+        let by_one = self.mediators.iter().filter(|own| goes_on(own)).count() <= 1;
         let Some(manager) = self.mediators[number].manager.as_mut() else {
             return;
         };
@@ -147,16 +151,15 @@ impl Fleet {
                 who: "user 1000".to_owned(),
                 ..ClosedRecord::default()
             };
-            if self.broken != Some(Broken::IgnoresClosed) {
-                manager.close(id, by, now_ns).expect("a known area");
+            let ignored = self.broken == Some(Broken::IgnoresClosed);
+            if ignored || manager.close(id, by, now_ns).is_ok() {
+                self.tally.closed += 1;
+                if by_one {
+                    self.closed.entry(area).or_insert(self.now_ms);
+                }
             }
-            self.tally.closed += 1;
-            if self.mediators.len() == 1 {
-                self.closed.entry(area).or_insert(self.now_ms);
-            }
-        } else {
+        } else if manager.open(id, now_ns).is_ok() {
             self.closed.remove(&area);
-            manager.open(id, now_ns).expect("a known area");
         }
     }
 
@@ -183,13 +186,10 @@ impl Fleet {
     pub fn open_all(&mut self) {
         self.closed.clear();
         let now_ns = self.now_ms * 1_000_000;
-        for manager in self
-            .mediators
-            .iter_mut()
-            .filter_map(|own| own.manager.as_mut())
-        {
+        for manager in { self.mediators.iter_mut() }.filter_map(|own| own.manager.as_mut()) {
             for area in &self.floor.setup.areas {
-                manager.open(&area.id, now_ns).expect("a known area");
+                // One that stands by does it when it goes on.
+                let _ = manager.open(&area.id, now_ns);
             }
         }
     }
