@@ -71,6 +71,11 @@ pub enum Alarm {
         "a second process of robot `{robot}` is silent; blocked until it is heard elsewhere, or somebody has looked and says that it was taken away (`mediator clear AREA --taken-away`): {areas}"
     )]
     SilentSecond { robot: String, areas: String },
+    /// What an operator has said of it before this start counts.
+    #[error(
+        "robot `{robot}` was said to be absent before this start, was not heard since, and is not waited for any more: look whether it is on the floor"
+    )]
+    NotAwaited { robot: String },
     /// It is heard again.
     #[error("robot `{robot}` is back")]
     Back { robot: String },
@@ -182,6 +187,7 @@ impl Alarm {
             | Self::BadReport { robot, .. }
             | Self::Silent { robot, .. }
             | Self::SilentSecond { robot, .. }
+            | Self::NotAwaited { robot }
             | Self::Back { robot }
             | Self::Adopted { robot, .. }
             | Self::Void { robot, .. }

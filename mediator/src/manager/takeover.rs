@@ -2,7 +2,7 @@
 //!
 //! At every start all robots of the site are *awaited*: nothing is granted until each has said where it stands, or an operator that
 //! it is absent. So a journal that has lost its last entries, or is older, lets nobody in where another robot is. What was said of
-//! absence before the start counts for as long as nobody hears the robot, and only once a grant that the journal has lost is over.
+//! absence before the start counts if nobody hears the robot, and only once a grant that the journal has lost is over.
 //!
 //! Another mediator may have granted anything to anybody: it has another journal, which this one replaces or comes back after, or
 //! this mediator has stood by. Then no robot is *accounted for* until it has followed this mediator and said what it has, which
@@ -97,17 +97,25 @@ impl Manager {
         }
     }
 
-    /// Stops waiting for robots that were said to be absent before this start, and that nobody hears. One that was granted something since,
-    /// which the journal has lost, enters nothing more by then, and who is on the floor was heard.
+    /// Stops waiting for robots that were said to be absent before this start, and that nobody has heard since. One that was granted
+    /// something before, which the journal has lost, enters nothing more by then. One that was heard, though it did not speak for its body
+    /// yet, is on the floor: it is waited for, or an operator says again that it is absent.
     pub(super) fn give_up_absent(&mut self, now_ns: u64) {
+        if self.peers.stands_by {
+            return;
+        }
         let absent = |&robot: &usize| {
             let over = now_ns >= self.enters_no_more_ns(robot);
-            over && self.sessions.robot(robot).absent && !self.is_heard(robot, now_ns)
+            let session = self.sessions.robot(robot);
+            over && session.absent && !session.reports
         };
         let absent: Vec<usize> = { self.sessions.awaited().iter().copied() }
             .filter(absent)
             .collect();
         for robot in absent {
+            self.effects.alarms.push(Alarm::NotAwaited {
+                robot: self.names.robot_id(robot),
+            });
             if self.sessions.wait_no_longer_for(robot) {
                 self.areas.touch_all();
             }

@@ -155,6 +155,49 @@ fn a_robot_that_was_absent_in_an_older_journal_is_awaited() {
     assert!(status.awaited.is_empty());
 }
 
+/// Its journal has lost that it came back as another process, which has lost its pose since, and then its link.
+#[test]
+fn a_robot_that_was_absent_and_is_heard_without_a_place_is_awaited_also_when_it_is_silent() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = vec![robot("amr-2", &[]), robot("amr-3", &[])];
+    robots.push(robot("amr-1", &[]));
+    talk(&mut manager, &mut robots, NOW_NS);
+    robots.pop();
+    let absent_ns = NOW_NS + ENTERS_NO_MORE_NS;
+    talk(&mut manager, &mut robots, absent_ns);
+    assert_eq!(manager.absent("amr-1", false, absent_ns), Ok(Vec::new()));
+    keep(&mut manager, &mut stored);
+
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    for is_heard in [true, false] {
+        let mut robots = robots.clone();
+        let mut manager = start(&stored, 51, absent_ns);
+        let since = |second: u64| absent_ns + second * SILENT_AFTER_NS;
+        if is_heard {
+            let mut back = [(Client::new("amr-1", "hall", 8), Situation::default())];
+            talk(&mut manager, &mut back, since(1));
+        }
+        let mut status = manager.status(since(1));
+        for second in 1..8 {
+            status = talk(&mut manager, &mut robots, since(second));
+        }
+        let told = Alarm::NotAwaited {
+            robot: "amr-1".to_owned(),
+        };
+        let alarms: Vec<Alarm> = manager.alarms().collect();
+        assert_eq!(alarms.contains(&told), !is_heard, "{alarms:?}");
+        assert_eq!(status.awaited.is_empty(), !is_heard, "{status:?}");
+        assert_eq!(robots[0].0.holds(AREA), !is_heard);
+        if is_heard {
+            let said = manager.absent("amr-1", false, since(8));
+            assert_eq!(said, Ok(Vec::new()));
+            talk(&mut manager, &mut robots, since(8));
+            assert!(robots[0].0.holds(AREA));
+        }
+    }
+}
+
 /// Its journal has lost what somebody was granted a moment ago; and one that stands by does not know.
 #[test]
 fn nobody_says_that_a_robot_is_absent_which_may_enter_by_what_this_mediator_does_not_know() {
@@ -343,14 +386,16 @@ fn a_process_that_does_not_speak_for_its_robot_yet_counts_with_where_it_stands()
         robot: "amr-3".to_owned(),
     };
     assert_eq!(manager.clear(AREA, false, NOW_NS), Err(heard));
-    // It is heard no more, and where it was stays blocked.
-    let now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
+    // It is heard no more, and is somewhere all the same, until an operator says again that it is not.
+    let now_ns = NOW_NS + ENTERS_NO_MORE_NS;
     let status = talk(&mut manager, &mut robots, now_ns);
-    assert!(status.awaited.is_empty() && !robots[0].0.holds(AREA));
+    assert!(status.awaited == ["amr-3"] && !robots[0].0.holds(AREA));
     assert_eq!(
-        manager.clear(AREA, true, now_ns).map(|own| own.len()),
-        Ok(1)
+        manager.absent("amr-3", true, now_ns),
+        Ok(vec![AREA.to_owned()])
     );
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[0].0.holds(AREA));
 }
 
 #[test]

@@ -232,6 +232,7 @@ impl Fleet {
         match alarm {
             Alarm::Silent { .. }
             | Alarm::Back { .. }
+            | Alarm::NotAwaited { .. }
             | Alarm::Still { .. }
             | Alarm::Mute { .. } => {}
             // Of reports with levels of long ago.
