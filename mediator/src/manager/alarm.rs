@@ -15,7 +15,7 @@ pub enum Alarm {
     UnknownRobot(String),
     /// Two processes report as one robot, for longer than a restart takes.
     #[error(
-        "two processes report as robot `{robot}`: the first goes on, the second is refused; end the wrong one (clear its areas if it was the first), then restart the other, and give each robot an identity.id of its own"
+        "two processes report as robot `{robot}`: the first goes on, the second is refused; end the wrong one (clear its areas if it was the first), then restart the other, say `mediator clear AREA --taken-away` of areas in which `mediator status` still lists a second process, and give each robot an identity.id of its own"
     )]
     Doubled { robot: String },
     /// Robots follow another mediator.
@@ -68,7 +68,7 @@ pub enum Alarm {
     Silent { robot: String, areas: String },
     /// The same of a process that was found beside the one that speaks for the robot.
     #[error(
-        "a second process of robot `{robot}` is silent; blocked until it is heard elsewhere, or somebody has looked and says that it was taken away (`mediator clear AREA --taken-away`): {areas}"
+        "a second process of robot `{robot}` is silent; blocked until it is heard elsewhere, or somebody has looked and says that no such body is there (`mediator clear AREA --taken-away`), as where it was restarted and is the robot that is heard there now: {areas}"
     )]
     SilentSecond { robot: String, areas: String },
     /// What an operator has said of it before this start counts.

@@ -130,8 +130,19 @@ impl View<'_> {
             }
             let _ = text.write_fmt(reason);
         };
-        for other in self.areas.occupants(area).filter(|&other| other != robot) {
+        for other in self.areas.occupants(area) {
             let (it, id) = (self.areas.robot(other), &self.names.robots()[other].id);
+            if it.seconds.are_silent_in(area, self.now_ns) {
+                add(format_args!(
+                    "a second process of {id} (silent; look, and if no such body is there: `mediator clear {} --taken-away`)",
+                    self.names.area_id(area)
+                ));
+            } else if it.seconds.are_in(area) {
+                add(format_args!("a second process of {id} (standing there)"));
+            }
+            if other == robot || !it.has(area) {
+                continue;
+            }
             let heard = self.sessions.is_heard(other);
             let silent = if heard { "" } else { ", silent" };
             match it.claim(area) {

@@ -383,6 +383,35 @@ fn one_that_was_found_stays_in_the_way_when_the_first_one_is_heard_no_more() {
     assert!(robots[0].0.holds(AREA));
 }
 
+/// People end the wrong one and restart the right one, which is another process where the one before stood.
+#[test]
+fn one_that_is_restarted_where_it_was_found_is_told_what_blocks_it() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    robots.push(clone_of_the_second(8, AREA));
+    let rounds = |manager: &mut Manager, robots: &mut Robots, rounds: std::ops::Range<u64>| {
+        for round in rounds {
+            talk(manager, robots, NOW_NS + round * STEP_NS);
+        }
+    };
+    rounds(&mut manager, &mut robots, 0..30);
+    robots.pop();
+    robots[1] = clone_of_the_second(9, AREA);
+    robots[1].1.wanted = vec![AREA.to_owned()];
+    rounds(&mut manager, &mut robots, 30..50);
+    let now_ns = NOW_NS + 50 * STEP_NS;
+    assert!(robots[1].0.is_registered() && !robots[1].0.holds(AREA));
+    let why = manager.why("amr-2", now_ns).expect("a robot");
+    let remedy = "`mediator clear gate --taken-away`";
+    assert!(
+        why.contains("a second process of amr-2") && why.contains(remedy),
+        "{why}"
+    );
+    assert!(manager.clear(AREA, true, now_ns).is_ok());
+    talk(&mut manager, &mut robots, now_ns);
+    assert!(robots[1].0.holds(AREA));
+}
+
 /// The mediator that has started is not followed by one that it refuses, for a second.
 #[test]
 fn one_that_was_found_before_the_mediator_started_is_in_the_way() {

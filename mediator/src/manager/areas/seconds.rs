@@ -164,6 +164,12 @@ impl Seconds {
         self.0.iter().filter(heard).any(|own| own.is_in(area))
     }
 
+    /// At least one that is not heard is in the area.
+    pub(crate) fn are_silent_in(&self, area: usize, now_ns: u64) -> bool {
+        let silent = |own: &&Second| now_ns > own.heard_until_ns;
+        self.0.iter().filter(silent).any(|own| own.is_in(area))
+    }
+
     /// Areas with such a body, sorted.
     pub(crate) fn areas(&self) -> Vec<usize> {
         let mut areas: Vec<usize> = self.0.iter().flat_map(Second::areas).collect();
