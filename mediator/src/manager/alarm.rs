@@ -4,6 +4,10 @@ use contract::VersionMismatch;
 use contract::level::LevelError;
 use coordination::protocol::MergeError;
 
+/// What is to be done where another mediator has granted: people have closed areas with it, and bodies that report no more block
+/// areas by what it has found.
+const LOOK_FIRST: &str = "nothing is granted until every robot of the site has reported where it stands, or is said to be absent; areas that people have closed with the other one, or in which it has found a second process of a robot that is silent now, are open here: look, and close them";
+
 /// Something that happened and should not have. Its text says what to do.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each field is")]
@@ -26,7 +30,7 @@ pub enum Alarm {
     SecondMediator { instance: u64, stands_by: bool },
     /// A robot knows of a start of the mediator that the journal does not.
     #[error(
-        "robot `{robot}` has followed start {found} of a mediator, of which this journal knows nothing: it is new, old or another one's; this is start {epoch} from now on, and nothing is granted until every robot of the site has reported where it stands, or is said to be absent; areas that people have closed with that mediator are open here: close them again"
+        "robot `{robot}` has followed start {found} of a mediator, of which this journal knows nothing: it is new, old or another one's; this is start {epoch} from now on; {LOOK_FIRST}"
     )]
     OlderJournal {
         robot: String,
@@ -35,7 +39,7 @@ pub enum Alarm {
     },
     /// This mediator has stood by, and does no more.
     #[error(
-        "robots follow another mediator no more, and this one goes on as start {epoch}: nothing is granted until every robot of the site has reported where it stands, or is said to be absent; areas that people have closed with the other one are open here: close them again"
+        "robots follow another mediator no more, and this one goes on as start {epoch}: {LOOK_FIRST}"
     )]
     GoesOn { epoch: u64 },
     /// A report of another version of the contract.

@@ -267,10 +267,10 @@ fn robots_follow_a_mediator_without_their_journal_and_keep_what_they_have() {
         .all(|(client, _)| client.mediator_epoch() == 4);
     assert!(followed && status.awaited == ["amr-3"], "{status:?}");
     assert_eq!(status.areas[0].holders[0].0, "amr-2");
-    let warned = manager
-        .alarms()
-        .any(|own| matches!(own, Alarm::OlderJournal { found: 3, .. }));
-    assert!(warned);
+    let told: Vec<Alarm> = manager.alarms().collect();
+    let warned = { told.iter() }.find(|own| matches!(own, Alarm::OlderJournal { found: 3, .. }));
+    let text = warned.expect("people are told").to_string();
+    assert!(says_what_is_open(&text), "{text}");
     // It stays with whom it has, also when nobody is awaited any more.
     robots.push(absent);
     let status = talk(&mut manager, &mut robots, now_ns);
@@ -284,6 +284,11 @@ fn robots_follow_a_mediator_without_their_journal_and_keep_what_they_have() {
     // The larger number is in the journal.
     keep(&mut manager, &mut stored);
     assert_eq!(start(&stored, 61, 0).epoch(), 5);
+}
+
+/// It names both kinds of areas that the other one kept closed.
+fn says_what_is_open(text: &str) -> bool {
+    text.contains("people have closed") && text.contains("a second process of a robot")
 }
 
 #[test]
@@ -307,6 +312,12 @@ fn a_mediator_that_has_stood_by_asks_everybody_before_it_goes_on() {
         !status.stands_by && status.awaited == ["amr-2"],
         "{status:?}"
     );
+    let mut told = manager
+        .alarms()
+        .filter(|own| matches!(own, Alarm::GoesOn { .. }));
+    let text = told.next().expect("people are told").to_string();
+    assert!(says_what_is_open(&text), "{text}");
+    drop(told);
     assert!(!robots[0].0.holds(AREA));
     keep(&mut manager, &mut stored);
     assert!(stored.robots["amr-2"].unaccounted);
