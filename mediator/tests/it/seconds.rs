@@ -412,6 +412,36 @@ fn one_that_is_restarted_where_it_was_found_is_told_what_blocks_it() {
     assert!(robots[1].0.holds(AREA));
 }
 
+/// Each start of a computer that stands somewhere is another process.
+#[test]
+fn one_that_was_switched_on_more_often_than_processes_are_told_apart_is_in_the_way() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    robots[2].1.wanted.clear();
+    let mut round = 0;
+    let mut pass = |manager: &mut Manager, robots: &mut Robots, rounds| {
+        for _ in 0..rounds {
+            round += 1;
+            talk(manager, robots, NOW_NS + round * STEP_NS);
+        }
+    };
+    for boot_epoch in 11..=19 {
+        let area = if boot_epoch < 19 { AREA } else { "yard" };
+        robots.push(clone_of_the_second(boot_epoch, area));
+        pass(&mut manager, &mut robots, 30);
+        robots.pop();
+    }
+    let doubled = { manager.alarms() }.filter(|alarm| matches!(alarm, Alarm::Doubled { .. }));
+    assert_eq!(doubled.count(), 9);
+    robots[2].1.wanted = vec!["yard".to_owned()];
+    pass(&mut manager, &mut robots, 20);
+    assert!(!robots[2].0.holds("yard"));
+    let silent = manager
+        .alarms()
+        .any(|alarm| matches!(&alarm, Alarm::SilentSecond { areas, .. } if areas == "yard"));
+    assert!(silent);
+}
+
 /// The mediator that has started is not followed by one that it refuses, for a second.
 #[test]
 fn one_that_was_found_before_the_mediator_started_is_in_the_way() {

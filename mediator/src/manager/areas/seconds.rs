@@ -8,8 +8,20 @@
 /// More processes of one robot than this are not told from each other. A holder of the robot's certificate can invent any number.
 const PROCESSES: usize = 8;
 
-/// All beyond [`PROCESSES`] together; none has that boot epoch.
+/// All beyond [`PROCESSES`] together; none has that boot epoch. Where one of them is found, people say when nobody is there any more.
 const OTHERS: u64 = 0;
+
+/// The body of a process in an area.
+#[derive(Clone, Copy, Debug)]
+struct Hold {
+    area: usize,
+    /// Until then it counts as heard there.
+    heard_until_ns: u64,
+    /// It was found: it is there, too, when it is silent.
+    is_found: bool,
+    /// People were told that it is silent.
+    told: bool,
+}
 
 /// A process, and the areas in which its body stands.
 #[derive(Clone, Debug)]
@@ -19,21 +31,32 @@ struct Second {
     /// Of its newest report.
     sequence: u64,
     is_found: bool,
-    /// Until then it counts as heard.
-    heard_until_ns: u64,
-    /// People were told that it is silent.
-    told: bool,
-    /// Each until then, where it was not found.
-    holds: Vec<(usize, u64)>,
+    holds: Vec<Hold>,
 }
 
 impl Second {
     fn is_in(&self, area: usize) -> bool {
-        self.holds.iter().any(|&(own, _)| own == area)
+        self.holds.iter().any(|own| own.area == area)
     }
 
-    fn areas(&self) -> Vec<usize> {
-        self.holds.iter().map(|&(area, _)| area).collect()
+    /// Its body stands there. Returns whether that is news, to others or to the journal.
+    fn hold(&mut self, area: usize, is_found: bool, until_ns: u64) -> (bool, bool) {
+        let known = self.holds.iter().position(|own| own.area == area);
+        let place = known.unwrap_or_else(|| {
+            self.holds.push(Hold {
+                area,
+                heard_until_ns: 0,
+                is_found: false,
+                told: false,
+            });
+            self.holds.len() - 1
+        });
+        let own = &mut self.holds[place];
+        own.heard_until_ns = own.heard_until_ns.max(until_ns);
+        own.told = false;
+        let is_news = is_found && !own.is_found;
+        own.is_found |= is_found;
+        (known.is_none(), is_news)
     }
 }
 
@@ -70,38 +93,40 @@ impl Seconds {
     pub(super) fn restore(&mut self, process: u64, areas: Vec<usize>) {
         let place = self.push(process);
         let own = &mut self.0[place];
-        own.is_found = true;
-        own.holds = areas.into_iter().map(|area| (area, 0)).collect();
+        own.is_found = process != OTHERS;
+        let hold = |area| Hold {
+            area,
+            heard_until_ns: 0,
+            is_found: true,
+            told: false,
+        };
+        own.holds = areas.into_iter().map(hold).collect();
     }
 
     /// A process says where it stands.
     pub(super) fn take_in(&mut self, said: &Said<'_>) -> Change {
         let place = self.place_of(said.process);
         let own = &mut self.0[place];
+        let mut is_found = said.is_found;
         if own.process != OTHERS {
             if said.sequence <= own.sequence {
                 return Change::default();
             }
             own.sequence = said.sequence;
+            own.is_found |= is_found;
+            is_found = own.is_found;
         }
-        own.heard_until_ns = own.heard_until_ns.max(said.until_ns);
-        own.told = false;
-        let was_found = own.is_found;
-        own.is_found |= said.is_found && own.process != OTHERS;
         let mut change = Change::default();
         for &area in said.areas {
-            match own.holds.iter_mut().find(|(other, _)| *other == area) {
-                Some((_, until_ns)) => *until_ns = said.until_ns.max(*until_ns),
-                None => {
-                    own.holds.push((area, said.until_ns));
-                    change.areas.push(area);
-                }
-            }
+            let (is_new, is_found) = own.hold(area, is_found, said.until_ns);
+            change.areas.extend(is_new.then_some(area));
+            change.found |= is_found;
         }
         if own.is_found {
-            let left = (own.holds).extract_if(.., |(area, _)| !said.areas.contains(area));
-            change.areas.extend(left.map(|(area, _)| area));
-            change.found = !change.areas.is_empty() || !was_found && !own.holds.is_empty();
+            let left = (own.holds).extract_if(.., |own| !said.areas.contains(&own.area));
+            let before = change.areas.len();
+            change.areas.extend(left.map(|own| own.area));
+            change.found |= change.areas.len() > before;
         }
         change
     }
@@ -130,26 +155,29 @@ impl Seconds {
             process,
             sequence: 0,
             is_found: false,
-            heard_until_ns: 0,
-            told: false,
             holds: Vec::new(),
         });
         self.0.len() - 1
     }
 
+    fn holds(&self, area: usize) -> impl Iterator<Item = &Hold> {
+        let all = self.0.iter().flat_map(|own| &own.holds);
+        all.filter(move |own| own.area == area)
+    }
+
     /// How many bodies are in the area.
     pub(crate) fn bodies(&self, area: usize) -> usize {
-        self.0.iter().filter(|own| own.is_in(area)).count()
+        self.holds(area).count()
     }
 
     /// At least one is in the area.
     pub(crate) fn are_in(&self, area: usize) -> bool {
-        self.0.iter().any(|own| own.is_in(area))
+        self.holds(area).next().is_some()
     }
 
     /// At least one that was found is in the area.
     pub(crate) fn are_found_in(&self, area: usize) -> bool {
-        self.0.iter().any(|own| own.is_found && own.is_in(area))
+        self.holds(area).any(|own| own.is_found)
     }
 
     /// This one is in the area.
@@ -160,37 +188,35 @@ impl Seconds {
 
     /// At least one that is heard is in the area.
     pub(crate) fn are_heard_in(&self, area: usize, now_ns: u64) -> bool {
-        let heard = |own: &&Second| now_ns <= own.heard_until_ns;
-        self.0.iter().filter(heard).any(|own| own.is_in(area))
+        self.holds(area).any(|own| now_ns <= own.heard_until_ns)
     }
 
     /// At least one that is not heard is in the area.
     pub(crate) fn are_silent_in(&self, area: usize, now_ns: u64) -> bool {
-        let silent = |own: &&Second| now_ns > own.heard_until_ns;
-        self.0.iter().filter(silent).any(|own| own.is_in(area))
+        self.holds(area).any(|own| now_ns > own.heard_until_ns)
     }
 
     /// Areas with such a body, sorted.
     pub(crate) fn areas(&self) -> Vec<usize> {
-        let mut areas: Vec<usize> = self.0.iter().flat_map(Second::areas).collect();
-        areas.sort_unstable();
-        areas.dedup();
-        areas
+        let all = self.0.iter().flat_map(|own| &own.holds);
+        sorted(all.map(|own| own.area).collect())
     }
 
     /// Processes that were found, and where they stand for all that is known.
     pub(crate) fn found(&self) -> impl Iterator<Item = (u64, Vec<usize>)> + '_ {
-        { self.0.iter() }
-            .filter(|own| own.is_found && !own.holds.is_empty())
-            .map(|own| (own.process, own.areas()))
+        let found = self.0.iter().map(|own| {
+            let holds = own.holds.iter().filter(|own| own.is_found);
+            (own.process, holds.map(|own| own.area).collect())
+        });
+        found.filter(|(_, areas): &(u64, Vec<usize>)| !areas.is_empty())
     }
 
     /// Ends the holds of processes that were heard too long ago, unless they were found. Returns their areas.
     pub(super) fn drop_silent(&mut self, now_ns: u64) -> Vec<usize> {
         let mut free = Vec::new();
-        for own in self.0.iter_mut().filter(|own| !own.is_found) {
-            let silent = (own.holds).extract_if(.., |(_, until_ns)| now_ns > *until_ns);
-            free.extend(silent.map(|(area, _)| area));
+        for own in &mut self.0 {
+            let is_over = |own: &mut Hold| !own.is_found && now_ns > own.heard_until_ns;
+            free.extend(own.holds.extract_if(.., is_over).map(|own| own.area));
         }
         self.0.retain(|own| own.is_found || !own.holds.is_empty());
         free
@@ -198,41 +224,47 @@ impl Seconds {
 
     /// Areas in which one that was found has fallen silent now.
     pub(super) fn fall_silent(&mut self, now_ns: u64) -> Vec<usize> {
-        let mut silent = Vec::new();
-        for own in &mut self.0 {
-            let falls_silent = own.is_found && !own.told && now_ns > own.heard_until_ns;
-            own.told |= falls_silent;
-            if falls_silent {
-                silent.extend(own.areas());
-            }
-        }
-        silent.sort_unstable();
-        silent.dedup();
-        silent
+        let all = self.0.iter_mut().flat_map(|own| &mut own.holds);
+        let silent = all.filter(|own| own.is_found && !own.told && now_ns > own.heard_until_ns);
+        sorted(
+            silent
+                .map(|own| {
+                    own.told = true;
+                    own.area
+                })
+                .collect(),
+        )
     }
 
     /// The process speaks for the robot from now on. Returns the areas that it held beside it.
     pub(super) fn promote(&mut self, process: u64) -> Vec<usize> {
         let own = self.0.extract_if(.., |own| own.process == process);
-        own.flat_map(|own| own.areas()).collect()
+        own.flat_map(|own| own.holds).map(|own| own.area).collect()
     }
 
     /// An operator says that none is in the area of those that are not heard. Returns whether there were any.
     pub(super) fn leave_silent(&mut self, area: usize, now_ns: u64) -> bool {
-        let mut left = false;
-        for own in self.0.iter_mut().filter(|own| now_ns > own.heard_until_ns) {
-            left |= own.is_in(area);
-            own.holds.retain(|&(other, _)| other != area);
-        }
+        let left = self.are_silent_in(area, now_ns);
+        self.end(area, |own| now_ns > own.heard_until_ns);
         left
     }
 
     /// An operator says that none is in the area.
     pub(super) fn leave(&mut self, area: usize) {
+        self.end(area, |_| true);
+    }
+
+    fn end(&mut self, area: usize, which: impl Fn(&Hold) -> bool) {
         for own in &mut self.0 {
-            own.holds.retain(|&(other, _)| other != area);
+            own.holds.retain(|own| own.area != area || !which(own));
         }
     }
+}
+
+fn sorted(mut areas: Vec<usize>) -> Vec<usize> {
+    areas.sort_unstable();
+    areas.dedup();
+    areas
 }
 
 #[cfg(test)]
@@ -316,5 +348,35 @@ mod tests {
         assert!(seconds.areas().is_empty());
         assert_eq!(seconds.take_in(&said(2002, 1, &[3], 20)).areas, [3]);
         assert!(seconds.is_in(2002, 3));
+    }
+
+    #[test]
+    fn one_that_is_found_among_too_many_holds_as_well() {
+        let mut seconds = Seconds::default();
+        let found = |process, sequence, areas| Said {
+            is_found: true,
+            ..said(process, sequence, areas, 10)
+        };
+        for process in 1..=PROCESSES as u64 {
+            seconds.take_in(&found(process, 1, &[3]));
+        }
+        let none = Change::default();
+        assert!(!seconds.take_in(&said(20, 1, &[4], 10)).found);
+        assert!(seconds.take_in(&found(21, 1, &[5])).found);
+        // Of one that is not told from others nobody knows what it has left.
+        assert_eq!(seconds.take_in(&found(22, 1, &[5])), none);
+        assert_eq!(seconds.take_in(&found(21, 2, &[])), none);
+        assert_eq!(seconds.drop_silent(11), [4]);
+        assert_eq!(
+            (seconds.fall_silent(11), seconds.areas()),
+            (vec![3, 5], vec![3, 5])
+        );
+        let mut restored = Seconds::default();
+        seconds
+            .found()
+            .for_each(|(process, areas)| restored.restore(process, areas));
+        assert!(restored.drop_silent(100).is_empty());
+        assert_eq!(restored.areas(), [3, 5]);
+        assert!(restored.leave_silent(5, 100) && !restored.are_in(5));
     }
 }
