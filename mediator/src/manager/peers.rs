@@ -146,6 +146,11 @@ impl Peers {
         own.sequence > 0 && now_ns <= own.heard_ns.saturating_add(self.silent_after_ns)
     }
 
+    /// When the robot has reported last, whomever it follows; 0 where it has not since the start.
+    pub(crate) fn heard_ns(&self, robot: usize) -> u64 {
+        self.followers[robot].heard_ns
+    }
+
     /// Returns whether the report is newer than the last one of its process, as it is in any case where that `is_known`.
     pub(crate) fn hear(
         &mut self,

@@ -287,9 +287,12 @@ impl Manager {
         heard_ns.saturating_add(ENTERS_NO_MORE_NS)
     }
 
-    /// For how long it may still enter one.
+    /// For how long it may still enter one, also by a grant of another mediator that it follows.
     fn may_enter_for(&self, robot: usize, now_ns: u64) -> Option<Duration> {
-        let left_ns = self.enters_no_more_ns(robot).saturating_sub(now_ns);
+        let heard_ns = self.peers.heard_ns(robot);
+        let until_ns =
+            { self.enters_no_more_ns(robot) }.max(heard_ns.saturating_add(ENTERS_NO_MORE_NS));
+        let left_ns = until_ns.saturating_sub(now_ns);
         (left_ns > 0).then(|| Duration::from_nanos(left_ns))
     }
 

@@ -684,6 +684,40 @@ fn one_robot_that_lies_about_whom_it_follows_keeps_nobody_else_out() {
     is_seen_to(&mut manager, &mut robots, now_ns);
 }
 
+/// The other mediator may have granted it anything until it was heard last.
+#[test]
+fn one_that_follows_another_mediator_is_absent_only_when_it_enters_nothing_any_more() {
+    let mut manager = start(&begun(1), 50, 0);
+    let mut robots = ["amr-1", "amr-2", "amr-3"]
+        .map(|id| robot(id, &[]))
+        .to_vec();
+    talk(&mut manager, &mut robots, NOW_NS);
+    let (mut other, situation) = robots.pop().expect("the third one");
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    let mut now_ns = NOW_NS;
+    for _ in 0..30 {
+        now_ns += SILENT_AFTER_NS / 5;
+        other.step(situation.clone(), now_ns, SILENT_AFTER_NS);
+        let mut report = other.report();
+        (report.mediator_instance, report.mediator_journal) = (99, 9);
+        report.mediator_heard = true;
+        manager.report(&report, now_ns);
+        let status = talk(&mut manager, &mut robots, now_ns);
+        assert_eq!(
+            (status.stands_by, status.awaited),
+            (false, vec!["amr-3".to_owned()])
+        );
+    }
+    let silent_ns = now_ns + SILENT_AFTER_NS + 1;
+    talk(&mut manager, &mut robots, silent_ns);
+    let early = manager.absent("amr-3", false, silent_ns);
+    assert!(
+        matches!(early, Err(AbsentError::MayEnter { .. })),
+        "{early:?}"
+    );
+    is_seen_to(&mut manager, &mut robots, now_ns);
+}
+
 #[test]
 fn a_robot_that_goes_on_telling_of_mediators_that_are_gone_has_all_asked_once_in_a_while() {
     let mut manager = start(&begun(1), 50, 0);
