@@ -10,6 +10,7 @@
 
 mod awaited;
 mod factsheet;
+mod refusing;
 mod session;
 mod table;
 
