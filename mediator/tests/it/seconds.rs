@@ -3,8 +3,9 @@
 use contract::client::{Client, Situation};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 use mediator::manager::{AbsentError, Alarm, ClearError, Manager};
+use mediator::setup::Setup;
 
-use crate::takeover::{AREA, NOW_NS, begun, robot, start, talk};
+use crate::takeover::{AREA, NOW_NS, begun, floor, robot, setup, start, talk};
 
 const STEP_NS: u64 = SILENT_AFTER_NS / 5;
 
@@ -410,6 +411,39 @@ fn one_that_is_restarted_where_it_was_found_is_told_what_blocks_it() {
     assert!(manager.clear(AREA, true, now_ns).is_ok());
     talk(&mut manager, &mut robots, now_ns);
     assert!(robots[1].0.holds(AREA));
+}
+
+/// A copied image with an older site file.
+#[test]
+fn one_that_is_refused_for_its_floor_is_found_as_well() {
+    let setup = Setup {
+        floor: floor(3.0),
+        ..setup()
+    };
+    let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
+    let mut robots: Robots = { ["amr-1", "amr-2", "amr-3"].iter() }
+        .map(|id| {
+            let (client, situation) = robot(id, &[]);
+            (client.on(floor(3.0)), situation)
+        })
+        .collect();
+    talk(&mut manager, &mut robots, NOW_NS);
+    let (clone, situation) = clone_of_the_second(8, AREA);
+    robots.push((clone.on(floor(4.0)), situation));
+    for round in 0..30 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    let [floor, doubled] = &alarms[..] else {
+        panic!("{alarms:?}");
+    };
+    assert!(matches!(floor, Alarm::Floor { .. }) && matches!(doubled, Alarm::Doubled { .. }));
+    robots.pop();
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    for round in 30..50 {
+        let status = talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        assert!(!robots[0].0.holds(AREA), "{round}: {status:?}");
+    }
 }
 
 /// Each start of a computer that stands somewhere is another process.

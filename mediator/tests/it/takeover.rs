@@ -814,7 +814,7 @@ fn an_empty_journal_is_refused_unless_it_is_a_first_start() {
     }
 }
 
-fn floor(max_x_m: f64) -> Floor {
+pub fn floor(max_x_m: f64) -> Floor {
     let area = |id: &str| FloorArea {
         id: id.to_owned(),
         capacity: 1,

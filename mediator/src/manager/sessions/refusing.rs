@@ -48,6 +48,31 @@ impl Sessions {
         self.send_refusal(refusal);
     }
 
+    /// A process reports that cannot speak for the robot now. Returns whether it is found beside the one that does, and the journal
+    /// must know.
+    pub(super) fn find(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        now_ns: u64,
+        effects: &mut Effects,
+    ) -> bool {
+        let found = self.robots[robot].turn_away(
+            report.boot_epoch,
+            report.sequence,
+            echo(report, self.epoch),
+            now_ns,
+            self.silent_after_ns,
+        );
+        if found {
+            effects.alarms.push(Alarm::Doubled {
+                robot: self.names.robot_id(robot),
+            });
+            effects.tell(robot);
+        }
+        found
+    }
+
     /// Tells a process that another one speaks for its robot. Returns whether the journal must know.
     pub(super) fn turn_away(
         &mut self,
@@ -56,30 +81,21 @@ impl Sessions {
         now_ns: u64,
         effects: &mut Effects,
     ) -> bool {
+        let found = self.find(robot, report, now_ns, effects);
         let session = &mut self.robots[robot];
-        let doubled = session.turn_away(
-            report.boot_epoch,
-            report.sequence,
-            echo(report, self.epoch),
-            now_ns,
-            self.silent_after_ns,
-        );
-        let alarm = Alarm::Doubled {
+        session.sent += 1;
+        let sequence = session.sent;
+        let why = Alarm::Doubled {
             robot: self.names.robot_id(robot),
         };
-        session.sent += 1;
         let refusal = MediatorReport {
             // One that has spoken for the robot before takes nothing older.
-            sequence: session.sent,
+            sequence,
             identity_taken: true,
-            ..self.refusal(report, alarm.to_string())
+            ..self.refusal(report, why.to_string())
         };
         self.send_refusal(refusal);
-        if doubled {
-            effects.alarms.push(alarm);
-            effects.tell(robot);
-        }
-        doubled
+        found
     }
 
     /// Whether the robot speaks our version and drives by our site; otherwise it is told why not.

@@ -115,14 +115,20 @@ impl Sessions {
         }
         self.robots[robot].reports = true;
         self.robots[robot].knows_floor = report.floor_hash == self.names.floor.hash();
-        if !self.admit(robot, report, now_ns, effects) {
-            return recognised;
-        }
+        let admitted = self.admit(robot, report, now_ns, effects);
         let epoch = self.epoch;
         let session = &mut self.robots[robot];
         let present = session.is_of(report.boot_epoch);
-        if !present && session.is_alive(now_ns) {
-            recognised.changed = self.turn_away(robot, report, now_ns, effects);
+        if !present && session.is_alive(now_ns) && report.site == self.names.site {
+            recognised.changed = if admitted {
+                self.turn_away(robot, report, now_ns, effects)
+            } else {
+                // It has heard why. Its body is another one all the same.
+                self.find(robot, report, now_ns, effects)
+            };
+            return recognised;
+        }
+        if !admitted {
             return recognised;
         }
         let candidate = { session.candidate }
