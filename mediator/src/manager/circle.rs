@@ -2,7 +2,7 @@
 //!
 //! `mediator check` proves of most sites that this cannot come; elsewhere, and after an operator's hand, it can. A robot goes on
 //! when it waits for nothing, or when some area that it waits for has room, or will have: one of those that fill it goes on. Where
-//! a net decides, or a silent robot blocks, something else is to be done, and is said elsewhere. Robots that do not go on by that
+//! a net decides, or a silent robot or a second process of one blocks, something else is to be done, and is said elsewhere. Robots that do not go on by that
 //! rule wait for each other in circles.
 
 use std::collections::BTreeMap;
@@ -110,7 +110,7 @@ fn find(areas: &Areas, robots: usize, may_wait: impl Fn(usize) -> bool) -> Vec<C
         let full = areas.robot(robot).waits().map(|area| {
             let others: Vec<usize> = areas
                 .occupants(area)
-                .filter(|&other| other != robot)
+                .filter(|&other| other != robot && areas.robot(other).has(area))
                 .collect();
             (area, others)
         });

@@ -413,6 +413,27 @@ fn one_that_is_restarted_where_it_was_found_is_told_what_blocks_it() {
     assert!(robots[1].0.holds(AREA));
 }
 
+/// Nobody could drive the robot out of an area in which only another body with its name is.
+#[test]
+fn robots_that_wait_for_one_do_not_wait_for_each_other() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted = vec!["yard".to_owned()];
+    robots[2].1.wanted.clear();
+    talk(&mut manager, &mut robots, NOW_NS);
+    robots[0].1.stands_in = vec!["yard".to_owned()];
+    robots[0].1.wanted = vec!["yard".to_owned(), AREA.to_owned()];
+    robots.push(clone_of_the_second(8, AREA));
+    // The clone is heard before the area is granted.
+    robots.rotate_right(1);
+    robots[2].1.wanted = vec!["yard".to_owned()];
+    for round in 1..60 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(matches!(&alarms[..], [Alarm::Doubled { .. }]), "{alarms:?}");
+    assert!(robots[1].0.holds("yard") && !robots[1].0.holds(AREA));
+}
+
 /// A copied image with an older site file.
 #[test]
 fn one_that_is_refused_for_its_floor_is_found_as_well() {

@@ -256,8 +256,8 @@ impl Fleet {
             Alarm::SecondMediator { .. } if asked => {}
             Alarm::OlderJournal { .. } | Alarm::GoesOn { .. } if asked => tally.asked += 1,
             Alarm::Intruder { .. } | Alarm::Overfull { .. } if elsewhere => tally.intruders += 1,
-            // Of robots that ask for what they do not need, while something hinders them: a second process holds where it says it stands.
-            Alarm::Circle { .. } if elsewhere || tally.cuts + tally.seconds > 0 => {}
+            // Of robots that ask for what they do not need, while something hinders them.
+            Alarm::Circle { .. } if elsewhere || tally.cuts > 0 => {}
             // An area that was closed for good may be the one that robots get out of the way to.
             Alarm::LetGo { .. } if ordered => {}
             Alarm::LetGo { ref coordination }
