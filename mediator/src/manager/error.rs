@@ -35,6 +35,10 @@ pub enum RestoreError {
     },
 }
 
+/// It has this time to open a link.
+const AFTER_START: &str =
+    "after a start of the mediator a second process that was found counts as heard for 5 s";
+
 /// Why an area was not cleared.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 #[expect(missing_docs, reason = "the messages say what each field is")]
@@ -43,7 +47,9 @@ pub enum ClearError {
     #[error(transparent)]
     Unknown(#[from] UnknownArea),
     /// Somebody is in it.
-    #[error("area `{area}` is not cleared: robot `{robot}` is in it and is heard")]
+    #[error(
+        "area `{area}` is not cleared: robot `{robot}` or a second process of it is in it and is heard; {AFTER_START}"
+    )]
     Heard { area: String, robot: String },
     /// It was granted it, and may live behind a broken link.
     #[error(
@@ -109,7 +115,7 @@ pub enum AbsentError {
     Unknown(#[from] UnknownRobot),
     /// It reports.
     #[error(
-        "robot `{0}` is heard, so it is somewhere: switch it off, or see that it follows this mediator"
+        "robot `{0}` or a second process of it is heard, so it is somewhere: switch it off, or see that it follows this mediator; {AFTER_START}"
     )]
     Heard(String),
     /// It was granted something, and may live behind a broken link.

@@ -176,7 +176,7 @@ impl Manager {
         }
         let ours = self.peers.is_ours(report);
         if self.peers.stands_by && report.mediator_instance != self.peers.instance {
-            return self.sessions.stand_by(report);
+            return self.stand_by(robot, report, now_ns);
         }
         if !self.sessions.robot(robot).is_of(report.boot_epoch) && self.areas.may_enter(robot) {
             // Who speaks for it now may still enter what was granted to it.
@@ -196,8 +196,7 @@ impl Manager {
             self.store_robot(robot);
         }
         if !recognised.counts {
-            let second = self.sessions.may_be_second(robot, report);
-            if second && report.site == self.names.site {
+            if self.sessions.may_be_second(robot, report) {
                 self.hold_for_second(robot, report, now_ns);
             }
             if news && self.may_stand_elsewhere(robot, report) && self.areas.suspect(robot, report)

@@ -8,6 +8,9 @@ use super::routing::Manager;
 impl Manager {
     /// The report is of a process that does not speak for the robot: wherever it stands, nobody is let in.
     pub(super) fn hold_for_second(&mut self, robot: usize, report: &RobotReport, now_ns: u64) {
+        if report.site != self.names.site {
+            return;
+        }
         let session = self.sessions.robot(robot);
         let is_found = session.was_found(report.boot_epoch);
         // One that was found before never speaks for the robot, whoever is heard: it stays another body.
@@ -19,10 +22,22 @@ impl Manager {
         }
     }
 
+    /// Robots follow another mediator, so nobody is taken in here. Where those are that were found is known when this one goes on.
+    pub(super) fn stand_by(&mut self, robot: usize, report: &RobotReport, now_ns: u64) {
+        if self.sessions.robot(robot).was_found(report.boot_epoch) {
+            self.hold_for_second(robot, report, now_ns);
+        }
+        self.sessions.stand_by(report);
+    }
+
     /// Ends the holds of those that were heard too long ago, and tells people of those that were found: what these hold stays blocked.
     pub(super) fn look_after_seconds(&mut self, robot: usize, now_ns: u64) {
         if self.areas.drop_silent_seconds(robot, now_ns) {
             self.coordinations.look_again_at(robot);
+        }
+        if self.peers.stands_by {
+            // What people are told to do they could not do here.
+            return;
         }
         let silent = self.areas.seconds_that_fall_silent(robot, now_ns);
         if !silent.is_empty() {

@@ -413,6 +413,87 @@ fn one_that_is_restarted_where_it_was_found_is_told_what_blocks_it() {
     assert!(robots[1].0.holds(AREA));
 }
 
+/// Somebody pushes it: it reports on, and does not know where it is.
+#[test]
+fn one_that_has_lost_its_pose_is_heard_where_it_was_found() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    robots.push(clone_of_the_second(8, AREA));
+    for round in 0..30 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    robots[3].1.located = false;
+    let mut now_ns = NOW_NS;
+    for round in 30..50 {
+        now_ns = NOW_NS + round * STEP_NS;
+        talk(&mut manager, &mut robots, now_ns);
+    }
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    assert!(matches!(&alarms[..], [Alarm::Doubled { .. }]), "{alarms:?}");
+    let heard = manager.clear(AREA, true, now_ns);
+    assert!(matches!(heard, Err(ClearError::Heard { .. })), "{heard:?}");
+    assert_eq!(manager.status(now_ns).robots[1].second_in, [AREA]);
+}
+
+#[test]
+fn one_that_was_found_has_its_time_to_be_heard_after_a_start() {
+    let mut stored = begun(1);
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    robots.push(clone_of_the_second(8, AREA));
+    for round in 0..30 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    manager.entries().for_each(|entry| stored.apply(entry));
+    let started_ns = NOW_NS + 30 * STEP_NS;
+    let mut manager = start(&stored, 51, started_ns);
+    manager.tick(started_ns + STEP_NS);
+    assert_eq!(manager.alarms().count(), 0);
+    let early = manager.clear(AREA, true, started_ns + STEP_NS);
+    assert!(matches!(early, Err(ClearError::Heard { .. })), "{early:?}");
+    let now_ns = started_ns + ENTERS_NO_MORE_NS + 1;
+    manager.tick(now_ns);
+    let mut alarms = manager.alarms();
+    assert!(alarms.any(|alarm| matches!(alarm, Alarm::SilentSecond { .. })));
+    drop(alarms);
+    assert!(manager.clear(AREA, true, now_ns).is_ok());
+}
+
+/// Robots follow another mediator meanwhile.
+#[test]
+fn one_that_was_found_is_where_it_was_heard_last_while_the_mediator_stands_by() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    let mut clones = vec![clone_of_the_second(8, AREA)];
+    for round in 0..30 {
+        let now_ns = NOW_NS + round * STEP_NS;
+        talk(&mut manager, &mut robots, now_ns);
+        talk(&mut manager, &mut clones, now_ns);
+    }
+    manager.alarms().for_each(drop);
+    let mut stand_by = |manager: &mut Manager, now_ns: u64| {
+        for (client, situation) in &mut robots {
+            client.step(situation.clone(), now_ns, SILENT_AFTER_NS);
+            let mut report = client.report();
+            (report.mediator_instance, report.mediator_journal) = (99, 9);
+            report.mediator_heard = true;
+            manager.report(&report, now_ns);
+        }
+        manager.tick(now_ns);
+        assert!(manager.stands_by());
+    };
+    for round in 30..40 {
+        stand_by(&mut manager, NOW_NS + round * STEP_NS);
+    }
+    let silent = { manager.alarms() }.any(|alarm| matches!(alarm, Alarm::SilentSecond { .. }));
+    assert!(!silent, "nobody can clear it here");
+    clones[0].1 = stands_in("yard");
+    let now_ns = NOW_NS + 40 * STEP_NS;
+    stand_by(&mut manager, now_ns);
+    talk(&mut manager, &mut clones, now_ns);
+    assert_eq!(manager.status(now_ns).robots[1].second_in, ["yard"]);
+}
+
 /// Nobody could drive the robot out of an area in which only another body with its name is.
 #[test]
 fn robots_that_wait_for_one_do_not_wait_for_each_other() {

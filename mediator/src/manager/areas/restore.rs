@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 
+use contract::timing::ENTERS_NO_MORE_NS;
 use coordination::protocol::MergeError;
 
 use super::claim::Claim;
@@ -53,7 +54,9 @@ impl Areas {
                 let stands_in = { second.stands_in.iter() }.map(|id| known_area(names, id));
                 let stands_in = stands_in.collect::<Result<Vec<usize>, RestoreError>>()?;
                 let own = &mut areas.robots[robot].seconds;
-                own.restore(second.boot_epoch, stands_in.clone());
+                // As long as the process has that speaks for the robot.
+                let until_ns = now_ns.saturating_add(ENTERS_NO_MORE_NS);
+                own.restore(second.boot_epoch, stands_in.clone(), until_ns);
                 stands_in
                     .iter()
                     .for_each(|&area| areas.concern(area, robot));

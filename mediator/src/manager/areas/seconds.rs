@@ -89,18 +89,31 @@ pub(crate) struct Change {
 pub(crate) struct Seconds(Vec<Second>);
 
 impl Seconds {
-    /// Of the journal: processes that were found, where they were heard last. They are not heard now.
-    pub(super) fn restore(&mut self, process: u64, areas: Vec<usize>) {
+    /// Of the journal: processes that were found, where they were heard last. Each has until then to be heard again.
+    pub(super) fn restore(&mut self, process: u64, areas: Vec<usize>, until_ns: u64) {
         let place = self.push(process);
         let own = &mut self.0[place];
         own.is_found = process != OTHERS;
         let hold = |area| Hold {
             area,
-            heard_until_ns: 0,
+            heard_until_ns: until_ns,
             is_found: true,
             told: false,
         };
         own.holds = areas.into_iter().map(hold).collect();
+    }
+
+    /// A process that does not know where it is any more is heard: one that was found is where it was.
+    pub(super) fn hear(&mut self, process: u64, sequence: u64, until_ns: u64) {
+        let mut own = { self.0.iter_mut() }.filter(|own| own.process == process);
+        let Some(own) = own.find(|own| own.is_found && sequence > own.sequence) else {
+            return;
+        };
+        own.sequence = sequence;
+        for hold in &mut own.holds {
+            hold.heard_until_ns = hold.heard_until_ns.max(until_ns);
+            hold.told = false;
+        }
     }
 
     /// A process says where it stands.
@@ -326,7 +339,7 @@ mod tests {
         assert_eq!(seconds.take_in(&found(2, &[5], 30)), Change::default());
         assert_eq!(seconds.take_in(&found(4, &[4], 30)), change(&[4, 3]));
         assert_eq!(seconds.take_in(&found(5, &[], 30)), change(&[4]));
-        seconds.restore(9, vec![6]);
+        seconds.restore(9, vec![6], 0);
         assert!(seconds.are_in(6) && !seconds.are_heard_in(6, 1));
         assert_eq!(seconds.fall_silent(1), [6]);
         seconds.take_in(&found(6, &[6], 30));
@@ -374,7 +387,7 @@ mod tests {
         let mut restored = Seconds::default();
         seconds
             .found()
-            .for_each(|(process, areas)| restored.restore(process, areas));
+            .for_each(|(process, areas)| restored.restore(process, areas, 0));
         assert!(restored.drop_silent(100).is_empty());
         assert_eq!(restored.areas(), [3, 5]);
         assert!(restored.leave_silent(5, 100) && !restored.are_in(5));

@@ -133,10 +133,11 @@ impl Areas {
         (is_found, beside): (bool, bool),
         until_ns: u64,
     ) -> bool {
+        let occupant = &mut self.robots[robot];
         if !report.located {
+            (occupant.seconds).hear(report.boot_epoch, report.sequence, until_ns);
             return false;
         }
-        let occupant = &mut self.robots[robot];
         let mut areas: Vec<usize> = { report.stands_in.iter() }
             .filter_map(|id| self.names.area(id))
             .filter(|&area| {
