@@ -4,7 +4,7 @@ use std::io::Write;
 
 use super::failure::Failure;
 use super::which::Which;
-use crate::manager::{AreaStatus, CoordinationStatus, RobotStatus, Status};
+use crate::manager::{AreaStatus, CoordinationStatus, RobotStatus, Status, second_of};
 use crate::runtime::{Answer, Question};
 
 pub(super) fn status(which: &Which, json: bool) -> Result<(), Failure> {
@@ -114,6 +114,7 @@ fn describe_area(area: &AreaStatus) -> String {
     for robot in &area.standing {
         parts.push(format!("{robot} (without a grant)"));
     }
+    parts.extend(area.seconds.iter().map(|robot| second_of(robot)));
     if parts.is_empty() {
         parts.push("free".to_owned());
     }
@@ -125,7 +126,7 @@ fn describe_area(area: &AreaStatus) -> String {
         line += &format!("; waiting: {}", area.waiting.join(", "));
     }
     if area.blocked {
-        line += "; blocked by a silent robot";
+        line += "; blocked by one that is silent";
     }
     match &area.closed_by {
         Some(closed) => line += &format!("; closed by {closed}"),
@@ -178,7 +179,7 @@ fn describe_robot(robot: &RobotStatus) -> String {
     }
     if !robot.second_in.is_empty() {
         text += &format!(
-            "    a second process stands in {}\n",
+            "    a second process stands in {}, or did when it fell silent: look, and if no such body is there, `mediator clear AREA --taken-away`\n",
             robot.second_in.join(", ")
         );
     }

@@ -9,6 +9,8 @@ use crate::journal::ClosedRecord;
 pub struct Inside {
     /// Robots that are in it, for all that is known: they may leave.
     pub standing: Vec<String>,
+    /// Robots of which a second process is in it.
+    pub seconds: Vec<String>,
     /// Robots to which it was granted and that have not entered it: they are asked to give it back, and may be too near to stop.
     pub granted: Vec<String>,
 }
@@ -29,11 +31,11 @@ impl Manager {
         self.takes_orders()?;
         self.areas.close(area, record, &mut self.effects);
         self.go_on(now_ns);
-        let (standing, granted): (Vec<usize>, Vec<usize>) = { self.areas.occupants(area) }
-            .partition(|&robot| {
-                let own = self.areas.robot(robot);
-                own.stands_in(area) || own.claim(area).is_some_and(|claim| claim.is_entered())
-            });
+        let (own, seconds) = self.view(now_ns).bodies_in(area);
+        let (standing, granted) = own.into_iter().partition(|&robot| {
+            let own = self.areas.robot(robot);
+            own.stands_in(area) || own.has_entered(area)
+        });
         let names = |robots: Vec<usize>| -> Vec<String> {
             { robots.into_iter() }
                 .map(|robot| self.names.robot_id(robot))
@@ -41,6 +43,7 @@ impl Manager {
         };
         Ok(Inside {
             standing: names(standing),
+            seconds: names(seconds),
             granted: names(granted),
         })
     }

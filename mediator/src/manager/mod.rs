@@ -37,6 +37,7 @@ pub use error::{
     UnknownRobot,
 };
 pub use lanes::Inside;
+pub(crate) use names::second_of;
 pub use routing::Manager;
 pub use sessions::Factsheet;
 pub use status::{AreaStatus, RobotStatus, Status};

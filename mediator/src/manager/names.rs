@@ -29,6 +29,11 @@ impl RobotName {
     }
 }
 
+/// What people are told of whose body a second process is.
+pub(crate) fn second_of(robot_id: &str) -> String {
+    format!("a second process of {robot_id}")
+}
+
 /// Areas and robots by index and by id. Never changes.
 #[derive(Clone)]
 pub(crate) struct Names {

@@ -149,7 +149,7 @@ impl Manager {
         self.view(now_ns).why(robot_id)
     }
 
-    fn view(&self, now_ns: u64) -> View<'_> {
+    pub(super) fn view(&self, now_ns: u64) -> View<'_> {
         View {
             names: &self.names,
             peers: &self.peers,

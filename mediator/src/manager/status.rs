@@ -21,11 +21,14 @@ pub struct AreaStatus {
     pub holders: Vec<(String, u64)>,
     /// Robots that are in it without holding it, or were when they fell silent.
     pub standing: Vec<String>,
+    /// Robots of which a second process is in it, or was when it fell silent.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub seconds: Vec<String>,
     /// Robots for which a coordination keeps it.
     pub kept_for: Vec<String>,
     /// Robots that wait for it, in order.
     pub waiting: Vec<String>,
-    /// A silent robot occupies it.
+    /// A silent robot occupies it, or a silent second process of one.
     pub blocked: bool,
     /// Nobody is let in.
     pub closed: bool,
@@ -115,8 +118,10 @@ impl View<'_> {
         let area = self.areas.area(index);
         let name = |robot: usize| self.names.robot_id(robot);
         let claim = |robot: usize| self.areas.robot(robot).claim(index);
-        let (holders, standing): (Vec<usize>, Vec<usize>) = { self.areas.occupants(index) }
-            .partition(|&robot| self.areas.robot(robot).holds(index));
+        let occupant = |robot: usize| self.areas.robot(robot);
+        let (own, seconds) = self.bodies_in(index);
+        let (holders, standing): (Vec<usize>, Vec<usize>) =
+            { own.iter() }.partition(|&&robot| occupant(robot).holds(index));
         AreaStatus {
             id: self.names.area_id(index),
             capacity: area.capacity,
@@ -125,11 +130,13 @@ impl View<'_> {
                 .map(|robot| (name(robot), claim(robot).map_or(0, |claim| claim.fence)))
                 .collect(),
             standing: standing.into_iter().map(name).collect(),
+            blocked: own.iter().any(|&robot| !self.sessions.is_heard(robot)) || { seconds.iter() }
+                .any(|&robot| occupant(robot).seconds.are_silent_in(index, self.now_ns)),
+            seconds: seconds.into_iter().map(name).collect(),
             kept_for: { self.coordinations.kept(index).into_iter() }
                 .map(name)
                 .collect(),
             waiting: area.queue.iter().map(|&robot| name(robot)).collect(),
-            blocked: { self.areas.occupants(index) }.any(|robot| !self.sessions.is_heard(robot)),
             closed: self.areas.is_closed(index),
             closed_by: area.closed.clone(),
         }

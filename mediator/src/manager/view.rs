@@ -5,7 +5,7 @@ use std::fmt::Write;
 use super::areas::{Areas, Reservations};
 use super::coordinations::Coordinations;
 use super::error::UnknownRobot;
-use super::names::Names;
+use super::names::{Names, second_of};
 use super::peers::Peers;
 use super::sessions::Sessions;
 use crate::nets::Kind;
@@ -120,6 +120,15 @@ impl View<'_> {
         self.explain_others(robot, area, text)
     }
 
+    /// Robots that have the area, and those of which a second process is in it.
+    pub(crate) fn bodies_in(&self, area: usize) -> (Vec<usize>, Vec<usize>) {
+        let all = || self.areas.occupants(area);
+        let robot = |robot: usize| self.areas.robot(robot);
+        let own = all().filter(|&own| robot(own).has(area));
+        let seconds = all().filter(|&own| robot(own).seconds.are_in(area));
+        (own.collect(), seconds.collect())
+    }
+
     /// Adds who is in the area, and who comes first.
     fn explain_others(&self, robot: usize, area: usize, mut text: String) -> String {
         let before = text.len();
@@ -134,11 +143,12 @@ impl View<'_> {
             let (it, id) = (self.areas.robot(other), &self.names.robots()[other].id);
             if it.seconds.are_silent_in(area, self.now_ns) {
                 add(format_args!(
-                    "a second process of {id} (silent; look, and if no such body is there: `mediator clear {} --taken-away`)",
+                    "{} (silent; look, and if no such body is there: `mediator clear {} --taken-away`)",
+                    second_of(id),
                     self.names.area_id(area)
                 ));
             } else if it.seconds.are_in(area) {
-                add(format_args!("a second process of {id} (standing there)"));
+                add(format_args!("{} (standing there)", second_of(id)));
             }
             if other == robot || !it.has(area) {
                 continue;
@@ -186,9 +196,11 @@ impl View<'_> {
         let (plan, instance) = self.coordinations.governor(area)?;
         let Some(instance) = instance else {
             let inside = plan.governed.iter().flat_map(|&area| {
-                let occupants = self.areas.occupants(area);
-                occupants
-                    .map(move |other| format!("{} in {}", name(other), self.names.area_id(area)))
+                let (own, seconds) = self.bodies_in(area);
+                let own = own.into_iter().map(name);
+                let all = own.chain(seconds.into_iter().map(|robot| second_of(&name(robot))));
+                let id = self.names.area_id(area);
+                all.map(move |body| format!("{body} in {id}"))
             });
             let inside: Vec<String> = inside.collect();
             return Some(format!(

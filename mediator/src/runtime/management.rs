@@ -8,7 +8,7 @@ use super::orders::Orders;
 use super::question::{Answer, Question};
 use super::repeats::Repeats;
 use crate::journal::{ClosedRecord, Entry, OrderRecord, Store, StoreError};
-use crate::manager::{Inside, Manager};
+use crate::manager::{Inside, Manager, second_of};
 use contract::wire::MediatorReport;
 
 /// Time passes for the manager at least this often.
@@ -254,9 +254,15 @@ impl Management {
 /// What an operator is told who has closed an area.
 fn closed_with(area: &str, inside: &Inside) -> String {
     let mut text = format!("area `{area}` is closed");
-    let Inside { standing, granted } = inside;
-    if !standing.is_empty() {
-        text += &format!("; in it: {}", standing.join(", "));
+    let Inside {
+        standing,
+        seconds,
+        granted,
+    } = inside;
+    let seconds = seconds.iter().map(|robot| second_of(robot));
+    let inside: Vec<String> = standing.iter().cloned().chain(seconds).collect();
+    if !inside.is_empty() {
+        text += &format!("; in it: {}", inside.join(", "));
     }
     if !granted.is_empty() {
         text += &format!(

@@ -2,6 +2,7 @@
 
 use contract::client::{Client, Situation};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
+use mediator::journal::ClosedRecord;
 use mediator::manager::{AbsentError, Alarm, ClearError, Manager};
 use mediator::setup::Setup;
 
@@ -151,6 +152,20 @@ fn the_body_of_a_second_process_is_in_the_way_of_everybody() {
         matches!(inside, Err(ClearError::Inside { .. })),
         "{inside:?}"
     );
+    // People are told that it is not the robot itself, which is heard elsewhere.
+    let why = manager.why("amr-1", now_ns).expect("a robot");
+    assert!(
+        why.contains("a second process of amr-2 (silent") && !why.contains(", amr-2"),
+        "{why}"
+    );
+    let area = manager.status(now_ns).areas.remove(0);
+    assert!(area.blocked && area.standing.is_empty(), "{area:?}");
+    assert_eq!(area.seconds, ["amr-2"]);
+    let closed = manager.close(AREA, ClosedRecord::default(), now_ns);
+    let closed = closed.expect("a known area");
+    assert!(closed.standing.is_empty() && closed.granted.is_empty());
+    assert_eq!(closed.seconds, ["amr-2"]);
+    assert_eq!(manager.open(AREA, now_ns), Ok(true));
     // Somebody takes it away.
     assert_eq!(
         manager.clear(AREA, true, now_ns),
