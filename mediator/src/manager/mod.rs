@@ -41,3 +41,4 @@ pub(crate) use names::second_of;
 pub use routing::Manager;
 pub use sessions::Factsheet;
 pub use status::{AreaStatus, RobotStatus, Status};
+pub use takeover::Cleared;

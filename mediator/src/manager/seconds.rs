@@ -3,6 +3,7 @@
 use contract::wire::RobotReport;
 
 use super::alarm::Alarm;
+use super::names::second_of;
 use super::routing::Manager;
 
 impl Manager {
@@ -48,7 +49,7 @@ impl Manager {
         }
     }
 
-    /// Second processes of these robots that are not heard are not in the area. Returns whose were, for all that was known. Whoever is
+    /// Second processes of these robots that are not heard are not in the area. Returns them, for people. Whoever is
     /// heard there stays, or the area could never be cleared of them while others wait in it for each other.
     pub(super) fn clear_of_seconds(
         &mut self,
@@ -61,7 +62,7 @@ impl Manager {
             if self.areas.clear_of_seconds(robot, area, now_ns) {
                 self.coordinations.look_again_at(robot);
                 self.store_robot(robot);
-                cleared.push(self.names.robot_id(robot));
+                cleared.push(second_of(&self.names.robot_id(robot)));
             }
         }
         if !cleared.is_empty() {

@@ -20,8 +20,18 @@ use contract::wire::RobotReport;
 
 use super::alarm::Alarm;
 use super::error::{AbsentError, ClearError, EndError, NotRunning, StandsBy, UnknownRobot};
+use super::names::second_of;
 use super::routing::Manager;
 use crate::journal::Entry;
+
+/// What an operator has cleared an area of.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct Cleared {
+    /// Robots that are not in it, and second processes of robots, for people.
+    pub of: Vec<String>,
+    /// Who is in it still, since somebody is heard there, and what ends that.
+    pub left: Vec<String>,
+}
 
 impl Manager {
     /// No robot is accounted for, and this mediator has a larger epoch.
@@ -125,7 +135,7 @@ impl Manager {
     // ---------------------------------------------------------------- operators
 
     /// An operator says that no silent robot is in the area, or, where one stands there for all that is known, that it
-    /// was `taken_away`. Returns whose hold was ended. Where somebody is heard in the area that is refused, but for second processes that
+    /// was `taken_away`. Where somebody is heard in the area that is refused, but for second processes that
     /// were taken away.
     ///
     /// # Errors
@@ -136,7 +146,7 @@ impl Manager {
         area_id: &str,
         taken_away: bool,
         now_ns: u64,
-    ) -> Result<Vec<String>, ClearError> {
+    ) -> Result<Cleared, ClearError> {
         let area = self.known_area(area_id)?;
         self.takes_orders()?;
         let occupants: Vec<usize> = self.areas.occupants(area).collect();
@@ -152,7 +162,10 @@ impl Manager {
                 Vec::new()
             };
             if !cleared.is_empty() {
-                return Ok(cleared);
+                return Ok(Cleared {
+                    of: cleared,
+                    left: self.left_in(area, now_ns),
+                });
             }
             return Err(ClearError::Heard {
                 area: area_id.to_owned(),
@@ -177,16 +190,34 @@ impl Manager {
                 });
             }
         }
+        let mut of = Vec::new();
         for &robot in &occupants {
             // It may be elsewhere, so whether it is awaited is another matter.
             if self.areas.robot(robot).has(area) {
+                of.push(self.names.robot_id(robot));
                 self.take_out(robot, area, now_ns);
             }
         }
-        self.clear_of_seconds(&occupants, area, now_ns);
+        of.extend(self.clear_of_seconds(&occupants, area, now_ns));
         self.go_on(now_ns);
-        let names = occupants.iter().map(|&robot| self.names.robot_id(robot));
-        Ok(names.collect())
+        let left = Vec::new();
+        Ok(Cleared { of, left })
+    }
+
+    /// Who is in the area, for an operator who wants it to be empty.
+    fn left_in(&self, area: usize, now_ns: u64) -> Vec<String> {
+        let (own, seconds) = self.view(now_ns).bodies_in(area);
+        let own = own.into_iter().map(|robot| {
+            let id = self.names.robot_id(robot);
+            if self.is_heard(robot, now_ns) {
+                format!("{id} (heard)")
+            } else {
+                format!("{id} (silent: `mediator absent {id} --taken-away`)")
+            }
+        });
+        let seconds = seconds.into_iter().map(|robot| self.names.robot_id(robot));
+        own.chain(seconds.map(|id| format!("{} (heard)", second_of(&id))))
+            .collect()
     }
 
     /// An operator says that a robot is nowhere on the floor: it has no area and asks for none any more, and is not awaited until

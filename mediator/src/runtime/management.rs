@@ -8,7 +8,7 @@ use super::orders::Orders;
 use super::question::{Answer, Question};
 use super::repeats::Repeats;
 use crate::journal::{ClosedRecord, Entry, OrderRecord, Store, StoreError};
-use crate::manager::{Inside, Manager, second_of};
+use crate::manager::{Cleared, Inside, Manager, second_of};
 use contract::wire::MediatorReport;
 
 /// Time passes for the manager at least this often.
@@ -202,10 +202,7 @@ impl Management {
             Question::Why { robot } => manager.why(robot, now_ns).map_err(text),
             Question::Clear { area, taken_away } => {
                 let cleared = manager.clear(area, *taken_away, now_ns);
-                cleared.map_err(text).map(|robots| match robots[..] {
-                    [] => format!("area `{area}` was free already"),
-                    _ => format!("area `{area}` is free of {}", robots.join(", ")),
-                })
+                cleared.map_err(text).map(|done| cleared_of(area, &done))
             }
             Question::Close { area, why } => {
                 let record = ClosedRecord {
@@ -249,6 +246,19 @@ impl Management {
         };
         done.map_or_else(Answer::Refused, Answer::Done)
     }
+}
+
+/// What an operator is told who has cleared an area.
+fn cleared_of(area: &str, done: &Cleared) -> String {
+    let Cleared { of, left } = done;
+    if of.is_empty() {
+        return format!("area `{area}` was free already");
+    }
+    let mut text = format!("area `{area}` is free of {}", of.join(", "));
+    if !left.is_empty() {
+        text += &format!("; in it still: {}", left.join(", "));
+    }
+    text
 }
 
 /// What an operator is told who has closed an area.

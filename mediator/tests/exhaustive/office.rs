@@ -101,7 +101,7 @@ impl World {
         let messages = self.manage(|manager, now_ns| {
             // Whoever the mediator thinks is there is not: the operator sees the area empty.
             let of = manager.clear(id, true, now_ns + later_ns);
-            done = of.is_ok_and(|of| !of.is_empty());
+            done = of.is_ok_and(|done| !done.of.is_empty());
         });
         self.deliver(messages);
         done.then_some(())

@@ -6,7 +6,7 @@ use mediator::journal::ClosedRecord;
 use mediator::manager::{AbsentError, Alarm, ClearError, Manager};
 use mediator::setup::Setup;
 
-use crate::takeover::{AREA, NOW_NS, begun, floor, robot, setup, start, talk};
+use crate::takeover::{AREA, NOW_NS, begun, cleared_of, floor, robot, setup, start, talk};
 
 const STEP_NS: u64 = SILENT_AFTER_NS / 5;
 
@@ -57,7 +57,7 @@ fn each_of_several_is_in_the_way() {
     let now_ns = NOW_NS + 50 * STEP_NS;
     assert_eq!(
         manager.clear(AREA, true, now_ns),
-        Ok(vec!["amr-2".to_owned()])
+        cleared_of("a second process of amr-2")
     );
     let heard = manager.clear("yard", true, now_ns);
     assert!(matches!(heard, Err(ClearError::Heard { .. })), "{heard:?}");
@@ -169,7 +169,7 @@ fn the_body_of_a_second_process_is_in_the_way_of_everybody() {
     // Somebody takes it away.
     assert_eq!(
         manager.clear(AREA, true, now_ns),
-        Ok(vec!["amr-2".to_owned()])
+        cleared_of("a second process of amr-2")
     );
     talk(&mut manager, &mut robots, now_ns);
     assert!(robots[0].0.holds(AREA));
@@ -426,6 +426,28 @@ fn one_that_is_restarted_where_it_was_found_is_told_what_blocks_it() {
     assert!(manager.clear(AREA, true, now_ns).is_ok());
     talk(&mut manager, &mut robots, now_ns);
     assert!(robots[1].0.holds(AREA));
+}
+
+/// Somebody is heard there, so what is silent may be taken for gone of second processes only.
+#[test]
+fn who_clears_them_is_told_who_is_still_there() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    robots[2].1.wanted.clear();
+    for robot in [0, 2] {
+        robots[robot].1.stands_in = vec![AREA.to_owned()];
+    }
+    robots.push(clone_of_the_second(8, AREA));
+    for round in 0..30 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    robots.truncate(2);
+    let now_ns = NOW_NS + 40 * STEP_NS;
+    talk(&mut manager, &mut robots, now_ns);
+    let done = manager.clear(AREA, true, now_ns).expect("silent");
+    assert_eq!(done.of, ["a second process of amr-2"]);
+    let silent = "amr-3 (silent: `mediator absent amr-3 --taken-away`)";
+    assert_eq!(done.left, ["amr-1 (heard)", silent]);
 }
 
 /// Somebody pushes it: it reports on, and does not know where it is.

@@ -8,7 +8,7 @@ use contract::floor::{Floor, FloorArea};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 use contract::wire::MediatorReport;
 use mediator::journal::{ClosedRecord, Stored};
-use mediator::manager::{AbsentError, Alarm, ClearError, Manager, StandsBy, Status};
+use mediator::manager::{AbsentError, Alarm, ClearError, Cleared, Manager, StandsBy, Status};
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
 
 pub const AREA: &str = "gate";
@@ -48,6 +48,15 @@ pub fn begun(journal: u64) -> Stored {
 pub fn start(stored: &Stored, instance: u64, now_ns: u64) -> Manager {
     let manager = Manager::new(&setup(), stored, now_ns).expect("valid");
     manager.speaks_as(instance)
+}
+
+/// The area was cleared of this one, and is free.
+pub fn cleared_of(body: &str) -> Result<Cleared, ClearError> {
+    let of = vec![body.to_owned()];
+    Ok(Cleared {
+        of,
+        ..Cleared::default()
+    })
 }
 
 fn keep(manager: &mut Manager, stored: &mut Stored) {
@@ -337,10 +346,7 @@ fn what_a_spare_mediator_has_granted_holds_when_the_first_one_is_back() {
     // It is carried away, so the next run with it begins after one that was given up.
     let mut now_ns = NOW_NS + ENTERS_NO_MORE_NS;
     manager.tick(now_ns);
-    assert_eq!(
-        manager.clear(AREA, false, now_ns),
-        Ok(vec!["amr-2".to_owned()])
-    );
+    assert_eq!(manager.clear(AREA, false, now_ns), cleared_of("amr-2"));
     keep(&mut manager, &mut stored);
 
     // All have restarted since, and count their runs from 0.
@@ -593,10 +599,7 @@ fn clearing_an_area_says_nothing_of_a_robot_that_may_be_anywhere() {
     let mut setup = setup();
     setup.robots[2].starts_in = vec!["yard".to_owned()];
     let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
-    assert_eq!(
-        manager.clear("yard", true, NOW_NS),
-        Ok(vec!["amr-3".to_owned()])
-    );
+    assert_eq!(manager.clear("yard", true, NOW_NS), cleared_of("amr-3"));
     assert!(manager.status(NOW_NS).awaited.contains(&"amr-3".to_owned()));
 }
 
@@ -639,14 +642,8 @@ fn a_robot_that_stood_in_an_area_is_cleared_only_when_it_was_taken_away() {
         robot: "amr-1".to_owned(),
     };
     assert_eq!(manager.clear(AREA, false, now_ns), Err(inside));
-    assert_eq!(
-        manager.clear(AREA, true, now_ns),
-        Ok(vec!["amr-1".to_owned()])
-    );
-    assert_eq!(
-        manager.clear("yard", false, now_ns),
-        Ok(vec!["amr-2".to_owned()])
-    );
+    assert_eq!(manager.clear(AREA, true, now_ns), cleared_of("amr-1"));
+    assert_eq!(manager.clear("yard", false, now_ns), cleared_of("amr-2"));
     let status = manager.status(now_ns);
     assert!(
         { status.areas.iter() }.all(|own| own.holders.is_empty() && own.standing.is_empty()),

@@ -43,7 +43,7 @@ impl Fleet {
                 _ => 0,
             };
             match manager.clear(id, true, now_ns + early_ns) {
-                Ok(of) => self.tally.cleared += u64::from(!of.is_empty()),
+                Ok(done) => self.tally.cleared += u64::from(!done.of.is_empty()),
                 Err(ClearError::MayEnter { .. }) => self.tally.not_yet_cleared += 1,
                 Err(_) => {}
             }
