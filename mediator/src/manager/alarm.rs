@@ -22,6 +22,11 @@ pub enum Alarm {
         "two processes report as robot `{robot}`: the first goes on, the second is refused; end the wrong one (clear its areas if it was the first), then restart the other, say `mediator clear AREA --taken-away` of areas in which `mediator status` still lists a second process, and give each robot an identity.id of its own"
     )]
     Doubled { robot: String },
+    /// Processes of a robot were offered all sessions that there are.
+    #[error(
+        "robot `{robot}` was offered {most} sessions since this start, and gets no more: see who uses its certificate, and whether the robot hears this mediator; then start the mediator again"
+    )]
+    TooManySessions { robot: String, most: u64 },
     /// Robots follow another mediator.
     #[error(
         "robots of this site follow another mediator; this one, {instance:016x}, {}: end the wrong one",
@@ -184,6 +189,7 @@ impl Alarm {
     pub fn robot(&self) -> Option<&str> {
         match self {
             Self::Doubled { robot }
+            | Self::TooManySessions { robot, .. }
             | Self::OlderJournal { robot, .. }
             | Self::Version { robot, .. }
             | Self::Site { robot, .. }

@@ -4,6 +4,7 @@ use contract::floor::Floor;
 use contract::wire::{MediatorReport, RobotReport};
 use contract::{VERSION, Version};
 
+use super::session::SESSIONS_PER_EPOCH;
 use super::table::{Sessions, echo};
 use crate::manager::alarm::Alarm;
 use crate::manager::effects::Effects;
@@ -36,6 +37,16 @@ impl Sessions {
     /// The next refusal of a process that does not speak for a robot of the site.
     pub(crate) fn next_refusal(&mut self) -> Option<MediatorReport> {
         self.refusals.pop()
+    }
+
+    /// No session is left that the process could be offered.
+    pub(super) fn refuse_more(&mut self, report: &RobotReport, effects: &mut Effects) {
+        let alarm = Alarm::TooManySessions {
+            robot: report.robot_id.clone(),
+            most: SESSIONS_PER_EPOCH,
+        };
+        self.send_refusal(self.refusal(report, alarm.to_string()));
+        effects.alarms.push(alarm);
     }
 
     /// Tells a robot that follows another mediator, or none, that this one is not to be followed.

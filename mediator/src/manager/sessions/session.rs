@@ -176,14 +176,10 @@ impl Session {
             let other = own.session > 0 && own.boot_epoch != boot_epoch;
             other && now_ns < own.since_ns.saturating_add(LEVEL_PERIOD_NS)
         };
-        let before = epoch
-            .saturating_mul(SESSIONS_PER_EPOCH)
-            .min(LAST_NUMBER / 2);
-        let issued = self.issued.max(before) + 1;
-        if self.candidate.is_some_and(has_time) || issued > before + SESSIONS_PER_EPOCH {
+        if self.candidate.is_some_and(has_time) || self.has_used_up(epoch) {
             return false;
         }
-        self.issued = issued;
+        self.issued = self.issued.max(before(epoch)) + 1;
         self.candidate = Some(Candidate {
             boot_epoch,
             session: self.issued,
@@ -191,6 +187,11 @@ impl Session {
             after: self.sent,
         });
         true
+    }
+
+    /// All sessions of the epoch were offered: no process is taken in any more.
+    pub(crate) fn has_used_up(&self, epoch: u64) -> bool {
+        self.issued >= before(epoch) + SESSIONS_PER_EPOCH
     }
 
     /// A process that does not speak for the robot is refused.
@@ -360,6 +361,13 @@ impl Session {
     pub(crate) fn is_heard(&self) -> bool {
         self.registered && !self.silent
     }
+}
+
+/// The last session that an earlier epoch may have given out.
+fn before(epoch: u64) -> u64 {
+    epoch
+        .saturating_mul(SESSIONS_PER_EPOCH)
+        .min(LAST_NUMBER / 2)
 }
 
 /// Remembers a boot with the last ones.

@@ -144,6 +144,8 @@ impl Sessions {
             if session.invite(report.boot_epoch, epoch, now_ns) {
                 effects.tell(robot);
                 recognised.changed = true;
+            } else if session.has_used_up(epoch) {
+                self.refuse_more(report, effects);
             }
             return recognised;
         }

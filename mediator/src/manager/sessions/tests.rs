@@ -10,6 +10,7 @@ use contract::wire::RobotReport;
 
 use super::session::SESSIONS_PER_EPOCH;
 use super::table::{Recognised, Sessions};
+use crate::journal::RobotRecord;
 use crate::manager::alarm::Alarm;
 use crate::manager::effects::Effects;
 use crate::manager::names::Names;
@@ -279,4 +280,25 @@ fn the_candidate_is_told_before_the_process_that_speaks() {
     assert_eq!(next(), Some((0, 8, number(2))));
     assert_eq!(next(), Some((0, 7, number(1))));
     assert_eq!(next(), None);
+}
+
+#[test]
+fn a_robot_that_has_used_up_its_sessions_is_told_so() {
+    let (mut sessions, mut effects) = sessions();
+    let record = RobotRecord {
+        issued: number(SESSIONS_PER_EPOCH - 1),
+        ..RobotRecord::default()
+    };
+    sessions.robot_mut(0).restore(&record, 0);
+    assert!((sessions.recognise(0, &report(7, 0, 1), true, LATER_NS, &mut effects)).changed);
+    assert!(effects.alarms.is_empty() && sessions.next_refusal().is_none());
+    let last = sessions.recognise(0, &report(8, 0, 1), true, LATER_NS, &mut effects);
+    assert_eq!(last, Recognised::default());
+    let told = matches!(&effects.alarms[..], [Alarm::TooManySessions { .. }]);
+    assert!(told, "{:?}", effects.alarms);
+    let refusal = sessions.next_refusal().expect("it hears why");
+    assert!(refusal.refusal.contains("gets no more"), "{refusal:?}");
+    // The one that was offered the last one may still take it.
+    let taken = report(7, SESSIONS_PER_EPOCH, 2);
+    assert!((sessions.recognise(0, &taken, true, LATER_NS, &mut effects)).promoted);
 }
