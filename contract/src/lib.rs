@@ -7,7 +7,7 @@
 //! * [`protocols`]: the protocols as flag arrays, with their flags looked up; [`timing`]: periods and timeouts of both sides;
 //! * [`client`]: the robot's side of all protocols, pure;
 //! * `network` (a feature): the zenoh session;
-//! * [`private`]: folders, files and sockets that are nobody else's, for the ends of all this on either machine.
+//! * [`private`]: folders, files and sockets that are nobody else's, for the ends of all this on either machine; [`logging`]: their log.
 //!
 //! Everything allocates; not for real-time threads. Units are those of the message's field names, poses are in the `map` frame.
 //!
@@ -57,6 +57,7 @@ pub mod floor;
 mod instruction;
 pub mod keys;
 pub mod level;
+pub mod logging;
 pub mod mention;
 #[cfg(feature = "network")]
 pub mod network;

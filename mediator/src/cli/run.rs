@@ -1,11 +1,11 @@
 //! `mediator run`.
 
-use std::io::IsTerminal;
 use std::path::PathBuf;
 use std::sync::Arc;
 
 use clap::Args;
 use contract::draw::draw;
+use contract::logging::{LevelFilter, Logging, Targets};
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
 
@@ -36,7 +36,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
-    start_logging();
+    let _logging = Logging::start("MEDIATOR_LOG", &logged());
     let site = load_site(&arguments.site)?;
     let setup = Setup::of(&site).map_err(|error| Failure::Refused(error.to_string()))?;
     let settings = arguments.network.settings(&site.name)?;
@@ -113,16 +113,11 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
     outcome.map_err(Failure::Failed)
 }
 
-fn start_logging() {
-    let filter = tracing_subscriber::EnvFilter::try_from_env("MEDIATOR_LOG")
-        .unwrap_or_else(|_| tracing_subscriber::EnvFilter::new("info,zenoh=error"));
-    let _ = tracing_subscriber::fmt()
-        .with_env_filter(filter)
-        .with_writer(std::io::stderr)
-        .with_ansi(std::io::stderr().is_terminal())
-        .with_target(false)
-        .log_internal_errors(false)
-        .try_init();
+/// What is logged unless `MEDIATOR_LOG` says otherwise.
+fn logged() -> Targets {
+    Targets::new()
+        .with_default(LevelFilter::INFO)
+        .with_target("zenoh", LevelFilter::ERROR)
 }
 
 /// Each link is an open file, of which programs may often have a thousand unless they ask for more.

@@ -23,3 +23,4 @@ mod shipped;
 mod sites;
 mod stall;
 mod takeover;
+mod unread;

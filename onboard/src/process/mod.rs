@@ -6,7 +6,6 @@ mod bench;
 pub mod checkpoints;
 pub mod ctl;
 pub mod inspect;
-mod logging;
 pub mod overruns;
 pub mod reload;
 pub mod run;

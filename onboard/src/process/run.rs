@@ -8,6 +8,7 @@ use std::thread::JoinHandle;
 
 use config::ProblemKind;
 use contract::draw::draw;
+use contract::logging::{LevelFilter, Logging, Targets};
 use description::robot::Link;
 use description::threads::{ActivityKind, Trigger as ConfigTrigger};
 
@@ -19,7 +20,6 @@ use crate::composition::plan::{Plan, thread_names, wanted_scheduling};
 use crate::process::asynchronous::spawn_asynchronous;
 use crate::process::checkpoints::{Background, CheckpointFile, Left};
 use crate::process::ctl::{Guest, Server};
-use crate::process::logging::Logging;
 use crate::process::overruns::OverrunWatch;
 use crate::process::reload::Reload;
 use crate::process::runner::{ThreadSetup, Trigger};
@@ -45,7 +45,7 @@ const JOIN_NS: u64 = 5 * SECOND_NS;
 /// # Errors
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when a part of it failed while running.
 pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<(), Failure> {
-    let logging = Logging::start();
+    let logging = Logging::start("ONBOARD_LOG", &logged());
     let plan = Plan::load(files)?;
     check_absolute_sleep().map_err(Failure::refused)?;
     if !without_real_time {
@@ -143,6 +143,14 @@ pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<
             "a part of the program failed; the robot was stopped, see the message above",
         )),
     }
+}
+
+/// What is logged unless `ONBOARD_LOG` says otherwise.
+fn logged() -> Targets {
+    Targets::new()
+        .with_default(LevelFilter::INFO)
+        .with_target("zenoh", LevelFilter::ERROR)
+        .with_target("ethercrab", LevelFilter::WARN)
 }
 
 /// A real bus takes real-time priority for what drives: without it a robot may stop at any moment because its threads are late.

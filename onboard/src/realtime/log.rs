@@ -7,7 +7,7 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 
-use tracing_appender::non_blocking::ErrorCounter;
+use contract::logging::ErrorCounter;
 
 /// Lines that may wait for the supervisor.
 const CAPACITY: usize = 256;

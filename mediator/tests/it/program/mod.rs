@@ -7,6 +7,7 @@
 pub mod site;
 
 use std::fs::{File, OpenOptions};
+use std::io::{PipeReader, Write as _};
 use std::net::{Ipv4Addr, TcpListener};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
@@ -20,6 +21,7 @@ use contract::network::NetworkSettings;
 use contract::wire::MediatorReport;
 use mediator::manager::Status;
 use mediator::runtime::{Answer, Question, ask};
+use rustix::fs::{OFlags, fcntl_getfl, fcntl_setfl};
 use zenoh::Wait;
 
 pub use site::Site;
@@ -83,6 +85,8 @@ pub struct Program {
     connect: Vec<String>,
     listen: String,
     more: Vec<String>,
+    /// The end of its log that nobody reads.
+    unread: Option<PipeReader>,
     child: Option<Child>,
 }
 
@@ -96,6 +100,7 @@ impl Program {
             connect,
             listen: "tcp/127.0.0.1:0".into(),
             more: Vec::new(),
+            unread: None,
             child: None,
         }
     }
@@ -129,14 +134,27 @@ impl Program {
         (output.status.code(), text)
     }
 
+    /// It is started with a log that takes no more, not even its first line.
+    pub fn start_unread(&mut self) {
+        let (reader, mut writer) = std::io::pipe().expect("a pipe");
+        let flags = fcntl_getfl(&writer).expect("flags");
+        fcntl_setfl(&writer, flags | OFlags::NONBLOCK).expect("set");
+        while writer.write(&[b' '; 4096]).is_ok() {}
+        while writer.write(b" ").is_ok() {}
+        fcntl_setfl(&writer, flags).expect("set");
+        self.unread = Some(reader);
+        self.start_with(writer.into());
+    }
+
     pub fn start(&mut self) {
+        let path = self.folder.join("log");
+        let log = OpenOptions::new().append(true).create(true).open(path);
+        self.start_with(log.expect("a log").into());
+    }
+
+    fn start_with(&mut self, log: Stdio) {
         assert!(self.child.is_none(), "it runs already");
         let path = |name: &str| self.folder.join(name);
-        let log = OpenOptions::new()
-            .append(true)
-            .create(true)
-            .open(path("log"))
-            .expect("a log");
         let mut command = Command::new(env!("CARGO_BIN_EXE_mediator"));
         command
             .args(["run", "--first-start"])

@@ -1,0 +1,68 @@
+//! Lines of a program's log go to standard error, on a thread of their own: a terminal that was stopped, a full pipe or disk holds up
+//! nobody else. What cannot be written is dropped and counted.
+
+use std::io::IsTerminal;
+
+use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
+use tracing_subscriber::fmt::layer;
+use tracing_subscriber::layer::SubscriberExt;
+use tracing_subscriber::util::SubscriberInitExt;
+
+pub use tracing_appender::non_blocking::ErrorCounter;
+pub use tracing_subscriber::filter::{LevelFilter, Targets};
+
+/// Lines that may wait to be written.
+const WAITING: usize = 4096;
+
+/// The log while the program runs. When it is dropped, what waits is written out, for a second at most.
+#[derive(Debug)]
+pub struct Logging {
+    unwritten: ErrorCounter,
+    _worker: WorkerGuard,
+}
+
+impl Logging {
+    /// Starts the thread, and has everything that is logged from now on go there: what the variable of this name says, a level or levels
+    /// of crates, or what is logged `by_default`.
+    #[must_use]
+    pub fn start(variable: &str, by_default: &Targets) -> Self {
+        let wanted = std::env::var(variable).ok();
+        let asked = wanted.as_deref().map(str::parse::<Targets>);
+        let (writer, worker) = NonBlockingBuilder::default()
+            .buffered_lines_limit(WAITING)
+            .lossy(true)
+            .thread_name("log")
+            .finish(std::io::stderr());
+        let unwritten = writer.error_counter();
+        let lines = layer()
+            .with_writer(writer)
+            .with_ansi(std::io::stderr().is_terminal())
+            .with_target(false)
+            // A closed pipe must stop nobody.
+            .log_internal_errors(false);
+        let used = match &asked {
+            Some(Ok(asked)) => asked.clone(),
+            Some(Err(_)) | None => by_default.clone(),
+        };
+        // A test that runs two of them in one process has one already.
+        let _ = tracing_subscriber::registry()
+            .with(lines)
+            .with(used)
+            .try_init();
+        if let (Some(wanted), Some(Err(why))) = (wanted, asked) {
+            tracing::warn!(
+                "{variable}=`{wanted}` is not used: {why}; it is a level, as `debug`, or levels of crates, as `info,zenoh=debug`"
+            );
+        }
+        Self {
+            unwritten,
+            _worker: worker,
+        }
+    }
+
+    /// Counts the lines that could not be written.
+    #[must_use]
+    pub fn unwritten(&self) -> ErrorCounter {
+        self.unwritten.clone()
+    }
+}
