@@ -41,8 +41,7 @@ impl<'a> Beginning<'a> {
             // What the fleet has to say to that, it says once it is there; until then nothing else is taken for its place.
             let std_m = at.std_m.max(start.std_m);
             navigator.relocate(at.pose, std_m, at.std_rad.max(start.std_rad));
-            let state = at.state.as_deref();
-            if let Some(state) = state.and_then(|name| navigator.machine().state_id(name)) {
+            if let Some(state) = navigator.machine().state_id(&at.state) {
                 navigator.restart_in(state);
             }
         }

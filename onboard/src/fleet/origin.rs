@@ -15,7 +15,7 @@ const AGREES_RAD: f64 = 0.25;
 pub(super) enum Resume {
     /// Where it believes to be.
     Here,
-    /// Where it ended, from where odometry has moved it since; and what to say of it. In this state, if it has not noted its own.
+    /// Where it ended, from where odometry has moved it since; and what to say of it. In this state, if that is not the one that it ended in.
     There { state: Option<StateId>, why: String },
     /// Somebody has to say where it stands; and what to tell them.
     Nowhere { why: Option<String> },
@@ -35,7 +35,7 @@ impl Setup {
             (Began::Lost, _) => None,
             (Began::Afresh { ended }, _) => ended.as_ref(),
         };
-        let noted = ended.and_then(|ended| state_of(ended.state.as_deref()?));
+        let noted = ended.and_then(|ended| state_of(&ended.state));
         if let (Some(ended), None) = (ended, take_up) {
             // A new mediator, or one with another journal.
             return match noted.is_some() || agree(ended.pose, self.start) {
@@ -53,10 +53,11 @@ impl Setup {
         } = take_up.cloned().unwrap_or_default();
         let heard = pose.as_ref().map(Pose2::from);
         let heard = heard.filter(|pose| pose.is_finite());
-        let state = noted.or_else(|| state_of(&fsm_state));
+        // What it has done in a later one, nobody has heard: it does that again.
+        let state = state_of(&fsm_state).or(noted);
         match (ended, heard, state) {
             (Some(ended), Some(heard), Some(state)) if agree(ended.pose, heard) => Resume::There {
-                state: noted.is_none().then_some(StateId(state)),
+                state: (noted != Some(state)).then_some(StateId(state)),
                 why: format!(
                     "resuming where the robot was before it restarted: {}, state `{}`",
                     place(ended.pose),

@@ -76,8 +76,8 @@ pub struct Stood {
     pub std_m: f64,
     /// Standard deviation of its heading.
     pub std_rad: f64,
-    /// State of its machine; earlier versions did not note it.
-    pub state: Option<String>,
+    /// State of its machine.
+    pub state: String,
 }
 
 /// Where a robot starts.

@@ -11,6 +11,9 @@ use crate::realtime::memory::STACK_BYTES;
 /// How long the last one may take to be kept when the program ends.
 const PATIENCE: Duration = Duration::from_secs(1);
 
+/// One that takes longer is as bad as one that fails: the robot goes on and leaves behind what the next process would find.
+const SLOW: Duration = Duration::from_secs(2);
+
 /// A store that is used from a thread of its own. Only the newest checkpoint waits for it.
 pub struct Background<S> {
     shared: Arc<Shared>,
@@ -27,6 +30,8 @@ struct Shared {
 #[derive(Default)]
 struct Slot {
     waiting: Option<Vec<u8>>,
+    /// Since when one is being kept.
+    begun: Option<Instant>,
     /// Of the last one that was tried.
     failed: Option<io::Error>,
     /// As the store says after it.
@@ -62,9 +67,11 @@ impl<S: CheckpointStore + 'static> Background<S> {
                     let woken = own.news.wait(slot);
                     slot = woken.unwrap_or_else(PoisonError::into_inner);
                 };
+                slot.begun = Some(Instant::now());
                 drop(slot);
                 let result = store.save(&bytes);
                 let mut slot = own.lock();
+                slot.begun = None;
                 (slot.failed, slot.noted) = (result.err(), store.is_noted());
             }
         };
@@ -109,8 +116,11 @@ impl<S: CheckpointStore + 'static> CheckpointStore for Background<S> {
         self.end()?.arrive(ended)
     }
 
+    /// Not while one takes long: what the next process would find is of then.
     fn is_noted(&self) -> bool {
-        self.shared.lock().noted
+        let slot = self.shared.lock();
+        let is_slow = { slot.begun }.is_some_and(|begun| begun.elapsed() > SLOW);
+        slot.noted && !is_slow
     }
 }
 
@@ -187,6 +197,23 @@ mod tests {
         assert!(told);
         drop(turn);
         assert_eq!(store.end().expect("ended").kept, None);
+    }
+
+    #[test]
+    fn a_disk_that_hangs_keeps_nothing_any_more() {
+        let (mut store, turn, begins) = slow();
+        store.save(b"1").expect("no error yet");
+        begins.recv().expect("begun");
+        turn.send(true).expect("waits");
+        store.save(b"2").expect("no error yet");
+        begins.recv().expect("begun, so the first one is kept");
+        assert!(store.is_noted());
+        let long_ago = Instant::now().checked_sub(SLOW + Duration::from_secs(1));
+        store.shared.lock().begun = long_ago;
+        assert!(!store.is_noted());
+        turn.send(true).expect("waits");
+        store.end().expect("ended");
+        assert!(store.is_noted());
     }
 
     #[test]

@@ -13,7 +13,6 @@ const UNDER_WAY: &str = "under way";
 const ENDED: &str = "ended";
 const STOPPED: &str = "stopped";
 const PAUSED: &str = "paused";
-const STATE: &str = " state=";
 
 /// Where the process before has left its robot, as the disk knows it.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,8 +29,8 @@ pub enum Journey {
 /// How a process has ended that was asked to.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Ended {
-    /// Where the robot stood, in `map`, if the next process is to know.
-    pub at: Option<Stood>,
+    /// Where the robot stood, if the next process is to know: on the site of this name.
+    pub at: Option<(String, Stood)>,
     /// What the robot waited for.
     pub waited: Waited,
 }
@@ -59,8 +58,8 @@ impl From<Ended> for Journey {
 
 impl Journey {
     /// Reads a note: `under way`, or `ended`, then `X Y THETA` if that is known, and the standard deviations of position and heading, in
-    /// metres and radians, then `stopped` or `paused` if it was, then `state=` and its name. Earlier versions wrote neither deviations
-    /// nor state.
+    /// metres and radians, then `stopped` or `paused` if it was; and where it is known, in a line each, the names of the site and of the
+    /// state.
     pub(super) fn noted(path: &Path) -> io::Result<Self> {
         let mut text = Vec::new();
         match private::open(path) {
@@ -71,11 +70,9 @@ impl Journey {
         };
         let text = String::from_utf8_lossy(&text);
         let read = |text: &str| {
-            let text = text.strip_prefix(ENDED)?;
-            let (text, state) = match text.split_once(STATE) {
-                Some((text, state)) => (text, Some(state.to_owned())),
-                None => (text, None),
-            };
+            let mut lines = text.strip_prefix(ENDED)?.lines();
+            let text = lines.next().unwrap_or_default();
+            let names = (lines.next(), lines.next());
             let mut words: Vec<&str> = text.split_whitespace().collect();
             let waited = match words.last() {
                 Some(&STOPPED) => Waited::ForReset,
@@ -87,24 +84,26 @@ impl Journey {
             }
             let numbers: Result<Vec<f64>, _> = words.into_iter().map(str::parse).collect();
             let at = match numbers.ok()?[..] {
-                [x_m, y_m, theta_rad] => Some(Stood {
-                    pose: Pose2::new(x_m, y_m, theta_rad),
-                    ..Stood::default()
-                }),
-                [x_m, y_m, theta_rad, std_m, std_rad] => Some(Stood {
-                    pose: Pose2::new(x_m, y_m, theta_rad),
-                    std_m,
-                    std_rad,
-                    state,
-                }),
+                [x_m, y_m, theta_rad, std_m, std_rad] => {
+                    let (Some(site), Some(state)) = names else {
+                        return None;
+                    };
+                    let stood = Stood {
+                        pose: Pose2::new(x_m, y_m, theta_rad),
+                        std_m,
+                        std_rad,
+                        state: state.to_owned(),
+                    };
+                    Some((site.to_owned(), stood))
+                }
                 // Nothing at all would have been noted.
                 [] if waited != Waited::Not => None,
                 _ => return None,
             };
             let is_good = |std: f64| std.is_finite() && std >= 0.0;
-            let known = at
-                .as_ref()
-                .is_none_or(|at| at.pose.is_finite() && is_good(at.std_m) && is_good(at.std_rad));
+            let known = at.as_ref().is_none_or(|(_, at)| {
+                at.pose.is_finite() && is_good(at.std_m) && is_good(at.std_rad)
+            });
             known.then_some(Self::Ended(Ended { at, waited }))
         };
         // Whatever else a disk has made of it: there was one.
@@ -117,26 +116,22 @@ impl Journey {
             Self::None => return remove(path),
             Self::UnderWay => UNDER_WAY.to_owned(),
             Self::Ended(Ended { at, waited }) => {
-                let place = at.as_ref().map(|at| {
+                let place = at.as_ref().map(|(_, at)| {
                     let (pose, std_m, std_rad) = (at.pose, at.std_m, at.std_rad);
                     format!(
                         "{:?} {:?} {:?} {std_m:?} {std_rad:?}",
                         pose.x_m, pose.y_m, pose.theta_rad
                     )
                 });
-                let state = at.and_then(|at| at.state).unwrap_or_default();
+                let names = at.map(|(site, at)| format!("\n{site}\n{}", at.state));
                 let waited = match waited {
                     Waited::Not => None,
                     Waited::ToResume => Some(PAUSED.to_owned()),
                     Waited::ForReset => Some(STOPPED.to_owned()),
                 };
                 let words = [Some(ENDED.to_owned()), place, waited];
-                let mut text = words.into_iter().flatten().collect::<Vec<_>>().join(" ");
-                if !state.is_empty() {
-                    text += STATE;
-                    text += &state;
-                }
-                text
+                let text: Vec<String> = words.into_iter().flatten().collect();
+                text.join(" ") + &names.unwrap_or_default()
             }
         };
         Ok(private::write(path, text.as_bytes())?)
@@ -168,12 +163,13 @@ mod tests {
         let path = folder.path().join("amr-1.journey");
         let read = || Journey::noted(&path).expect("readable");
         assert_eq!(read(), Journey::None);
-        let at = Some(Stood {
+        let stood = Stood {
             pose: Pose2::new(0.1 + 0.2, -1.0 / 3.0, 3.1),
             std_m: 0.1,
             std_rad: 1.0 / 3.0,
-            state: Some("back off = 3 state=x".to_owned()),
-        });
+            state: "back off = 3 stopped".to_owned(),
+        };
+        let at = Some(("hall 2".to_owned(), stood));
         let waits = [Waited::Not, Waited::ToResume, Waited::ForReset];
         let ended = [at, None].map(|at| {
             waits.map(|waited| {
@@ -190,23 +186,18 @@ mod tests {
             "",
             "ended",
             "ended 1.0 2.0",
-            "ended 1.0 2.0 0.5 0.1",
-            "ended 1 2 3 0.1 -0.1",
+            "ended 1.0 2.0 0.5 stopped\nhall\ndrive-1",
+            "ended 1.0 2.0 0.5 0.1 0.1 stopped",
+            "ended 1.0 2.0 0.5 0.1 0.1\nhall",
+            "ended 1 2 3 0.1 -0.1\nhall\ndrive-1",
             "ended 1.0 2.0 stopped",
-            "ended 1 2 inf",
+            "ended 1 2 inf 0.1 0.1\nhall\ndrive-1",
             "ended 1 2 3 stopped paused",
             "\0\0\0\0",
         ] {
             fs::write(&path, damaged).expect("written");
             assert_eq!(read(), Journey::UnderWay, "{damaged:?}");
         }
-        fs::write(&path, "ended 1 2 3 stopped").expect("written");
-        let early = Stood {
-            pose: Pose2::new(1.0, 2.0, 3.0),
-            ..Stood::default()
-        };
-        let (at, waited) = (Some(early), Waited::ForReset);
-        assert_eq!(read(), Journey::Ended(Ended { at, waited }));
         fs::write(&path, [0xff, 0xfe]).expect("written");
         assert_eq!(read(), Journey::UnderWay);
         fs::remove_file(&path).expect("there");

@@ -136,6 +136,13 @@ impl Inheritance for CheckpointFile {
     }
 }
 
+/// Where a robot stands by such a note. Where nobody manages the areas, and on another site, it begins at its start.
+fn stood(at: Option<(String, Stood)>, plan: &Plan) -> Option<Stood> {
+    let site = &plan.site;
+    at.filter(|(name, _)| site.value.areas_managed && *name == site.value.name)
+        .map(|(_, stood)| stood)
+}
+
 /// What the process before has left.
 #[derive(Debug, Default)]
 pub struct Left {
@@ -205,7 +212,7 @@ impl Left {
             return Ok(Self {
                 stopped,
                 paused: ended.waited == Waited::ToResume,
-                ended: ended.at,
+                ended: stood(ended.at, plan),
                 ..Self::default()
             });
         };

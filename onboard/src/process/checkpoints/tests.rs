@@ -16,6 +16,17 @@ fn plan(set: &[&str]) -> Plan {
     Plan::load(&files).expect("good files")
 }
 
+/// Where a mediator manages the areas.
+fn managed() -> Plan {
+    let config = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");
+    let files = Files {
+        robot: format!("{config}/robots/amr-1.toml").into(),
+        site: format!("{config}/sites/overtaking.toml").into(),
+        set: Vec::new(),
+    };
+    Plan::load(&files).expect("good files")
+}
+
 /// A folder, and the file of a robot in it.
 fn file() -> (tempfile::TempDir, CheckpointFile) {
     let folder = crate::process::runtime::temporary();
@@ -67,20 +78,20 @@ fn the_newest_one_is_taken_out_once() {
 #[test]
 fn a_robot_that_ended_as_asked_is_where_it_ended_and_not_stopped() {
     let (folder, mut file) = file();
-    let plan = plan(&[]);
+    let plan = managed();
     file.save(checkpoint(&plan, Mode::Running).to_bytes())
         .expect("kept");
     let at = Stood {
         pose: Pose2::new(1.0, 2.0, 0.5),
         std_m: 0.01,
         std_rad: 0.01,
-        state: Some("drive-1".to_owned()),
+        state: "drive-1".to_owned(),
     };
     let ends = || Began::Afresh {
         ended: Some(at.clone()),
     };
     let standing = |waited| Ended {
-        at: Some(at.clone()),
+        at: Some(("overtaking".to_owned(), at.clone())),
         waited,
     };
     file.arrive(standing(Waited::Not)).expect("noted");
@@ -98,6 +109,16 @@ fn a_robot_that_ended_as_asked_is_where_it_ended_and_not_stopped() {
         assert_eq!(left.began(), ends());
         assert_eq!((left.stopped, left.paused), (stopped, paused));
     }
+    // Another site, and one that nobody manages.
+    let other = Ended {
+        at: Some(("hall".to_owned(), at.clone())),
+        waited: Waited::Not,
+    };
+    file.arrive(other).expect("noted");
+    assert_eq!(left(&mut file, &plan, 101).ended, None);
+    file.arrive(standing(Waited::Not)).expect("noted");
+    let alone = self::plan(&["areas.managed=false"]);
+    assert_eq!(left(&mut file, &alone, 101).ended, None);
     // Under way again, and the machine is switched off.
     file.save(checkpoint(&plan, Mode::Running).to_bytes())
         .expect("kept");

@@ -31,8 +31,8 @@ pub(super) struct Known {
 pub struct Keeper {
     store: Box<dyn CheckpointStore>,
     checkpoint: Box<Checkpoint>,
-    /// A mediator manages the areas, and remembers where the robot was.
-    managed: bool,
+    /// The site's name, where a mediator manages the areas.
+    managed: Option<String>,
     /// Where the process before has ended as it was asked to,
     ended: Option<Stood>,
     /// or it has not, and this one goes on from its checkpoint.
@@ -50,7 +50,7 @@ impl Keeper {
         let mut keeper = Self {
             store,
             checkpoint: Checkpoint::of(plan),
-            managed: plan.site.value.areas_managed,
+            managed: managed(plan),
             ended: left.ended.clone(),
             goes_on: left.place.is_some(),
             fails: false,
@@ -66,7 +66,7 @@ impl Keeper {
 
     /// The robot goes by this plan from now on.
     pub(super) fn is_of(&mut self, plan: &Plan) {
-        self.managed = plan.site.value.areas_managed;
+        self.managed = managed(plan);
         self.checkpoint.is_of(plan);
     }
 
@@ -130,13 +130,21 @@ impl Keeper {
             // So early that nobody knows more than before.
             0 if self.goes_on => return,
             0 => self.ended.clone(),
-            _ => (self.managed && at.uncertain == 0).then(|| stood(at, machine)),
+            // Under way is what the note says already: the next one does not know where it is either.
+            _ if self.managed.is_some() && at.uncertain != 0 => return,
+            _ => Some(stood(at, machine)),
         };
+        let at = self.managed.clone().zip(at);
         // What cannot be taken out is of this process, which is said to have crashed then.
         if let Err(error) = self.store.arrive(Ended { at, waited }) {
             tracing::warn!("the checkpoint cannot be removed: {error}");
         }
     }
+}
+
+fn managed(plan: &Plan) -> Option<String> {
+    let site = &plan.site.value;
+    site.areas_managed.then(|| site.name.clone())
 }
 
 fn stood(at: &NavigatorCheckpoint, machine: &Machine) -> Stood {
@@ -147,7 +155,7 @@ fn stood(at: &NavigatorCheckpoint, machine: &Machine) -> Stood {
         pose: at.pose,
         std_m: std(0).max(std(1)),
         std_rad: std(2),
-        state: state.map(|state| machine.state_name(state).to_owned()),
+        state: state.map_or(String::new(), |state| machine.state_name(state).to_owned()),
     }
 }
 
@@ -156,6 +164,7 @@ mod tests {
     use std::io;
     use std::sync::mpsc::{Sender, channel};
 
+    use coordination::fsm::StateId;
     use description::geometry::Pose2;
 
     use super::*;
@@ -185,6 +194,32 @@ mod tests {
 
         fn is_noted(&self) -> bool {
             true
+        }
+    }
+
+    /// Whoever is not sure is not where it believes to be.
+    #[test]
+    fn one_that_is_sure_of_its_pose_says_where_it_has_ended_and_another_leaves_the_note() {
+        let plan = plan();
+        let navigator = plan.navigator().expect("one");
+        for uncertain in [0, 1] {
+            let (told, says) = channel();
+            let mut keeper = Keeper::new(Box::new(Told(told)), &plan, &Left::default());
+            keeper.checkpoint.written_ns = 1;
+            keeper.checkpoint.navigator.pose = Pose2::new(1.0, 2.0, 0.5);
+            keeper.checkpoint.navigator.covariance[1][1] = 0.04;
+            keeper.checkpoint.navigator.uncertain = uncertain;
+            keeper.arrive(Waited::Not, navigator.machine());
+            let at = says.try_recv().ok().and_then(|ended| ended.at);
+            let state = navigator.machine().state_name(StateId(0)).to_owned();
+            let stood = Stood {
+                pose: Pose2::new(1.0, 2.0, 0.5),
+                std_m: 0.2,
+                std_rad: 0.0,
+                state,
+            };
+            let expected = ("overtaking".to_owned(), stood);
+            assert_eq!(at, (uncertain == 0).then_some(expected));
         }
     }
 
@@ -235,6 +270,8 @@ mod tests {
         };
         let waited = Waited::ForReset;
         let navigator = plan.navigator().expect("one");
+        let site = plan.site.value.name.clone();
+        let at = Some(site).zip(at);
         for (left, expected) in [(ended, Some(Ended { at, waited })), (goes_on, None)] {
             let (told, says) = channel();
             Keeper::new(Box::new(Told(told)), &plan, &left).arrive(waited, navigator.machine());

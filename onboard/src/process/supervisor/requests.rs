@@ -133,6 +133,10 @@ impl Supervisor {
         if self.table.state(Fault::PlaceUnknown).active != 0 {
             self.raise(Who::Operator, Fault::OperatorStop, 0.0, now_ns);
         }
+        self.placed = Some(match placed {
+            Placed::AtStart => self.reload.plan().start.start,
+            Placed::At { pose, .. } => pose,
+        });
         self.lost = false;
         self.clear(Who::Operator, Fault::PlaceUnknown, now_ns);
         Ok(())

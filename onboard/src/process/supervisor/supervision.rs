@@ -2,6 +2,7 @@
 
 use coordination::activity::{LifeCycleEvent, LifeCycleState};
 use coordination::fsm::Machine;
+use description::geometry::Pose2;
 use description::threads::ActivityKind;
 
 use super::handles::{Handle, Handles};
@@ -29,6 +30,10 @@ pub const PERIOD_NS: u64 = 100 * MILLISECOND_NS;
 /// Faults that the supervisor finds itself, and by which it stops the robot until a reset.
 pub(super) const STOPS: [Fault; 3] = [Fault::OperatorStop, Fault::Overruns, Fault::ThreadHung];
 
+/// Navigation has heard where the robot was put when it takes it to be so near.
+const PLACED_M: f64 = 0.5;
+const PLACED_RAD: f64 = 0.3;
+
 /// The supervisor.
 pub struct Supervisor {
     pub(super) handles: Handles,
@@ -54,6 +59,8 @@ pub struct Supervisor {
     pub(super) placings: Waiting,
     /// Nobody knows where the robot stands until an operator says so.
     pub(super) lost: bool,
+    /// Where an operator has said that it stands, until navigation says so too.
+    pub(super) placed: Option<Pose2>,
 }
 
 impl Supervisor {
@@ -88,6 +95,7 @@ impl Supervisor {
             resets: Waiting::default(),
             placings: Waiting::default(),
             lost: false,
+            placed: None,
         }
     }
 
@@ -124,7 +132,7 @@ impl Supervisor {
             _ => Waited::Not,
         };
         // Whoever starts it again knows no better where it is.
-        if !self.is_lost() {
+        if !self.is_lost() && self.placed.is_none() {
             self.keeper.arrive(waited, &self.machine);
         }
     }
@@ -156,10 +164,15 @@ impl Supervisor {
     }
 
     /// What a checkpoint says besides where the robot is.
-    pub(super) fn known(&self, mode: u64) -> Known {
+    pub(super) fn known(&mut self, mode: u64) -> Known {
+        let believed = self.symbols.whereabouts.read().value.at.pose;
+        self.placed.take_if(|placed| {
+            let way = placed.between(believed);
+            way.x_m.hypot(way.y_m) < PLACED_M && way.theta_rad.abs() < PLACED_RAD
+        });
         Known {
             mode,
-            lost: self.is_lost(),
+            lost: self.is_lost() || self.placed.is_some(),
             stopped_by: { self.stopped_by() }.fold(0, |all, fault| all | 1 << fault as u64),
         }
     }
