@@ -37,7 +37,7 @@ impl Cuts {
             far += usize::from(last - first >= BITS);
         }
         let mut block_of = vec![0; transitions];
-        let most = BITS.checked_sub(far).unwrap_or_default();
+        let most = BITS.saturating_sub(far);
         // Where processes share something, mostly one more place reaches across each cut.
         let likely = most.saturating_sub(if far == 0 { 0 } else { places / BITS });
         let mut room = likely;
