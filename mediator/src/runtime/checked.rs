@@ -5,7 +5,7 @@ use contract::wire::RobotReport;
 use description::names::is_key_part;
 
 /// No name of a site, and no state, is longer than that, bytes.
-const LONGEST_TEXT: usize = 256;
+pub(super) const LONGEST_TEXT: usize = 256;
 /// No site has more areas.
 const MOST_AREAS: usize = 4096;
 
@@ -44,7 +44,8 @@ pub(super) fn part_before_last(key: &str) -> Option<&str> {
     key.rsplit('/').nth(1)
 }
 
-fn is_text(text: &str) -> bool {
+/// Of a length, and with characters, that logs and terminals of others can take.
+pub(super) fn is_text(text: &str) -> bool {
     text.len() <= LONGEST_TEXT && !text.chars().any(char::is_control)
 }
 

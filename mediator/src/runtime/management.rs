@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Display;
 
+use super::checked::{LONGEST_TEXT, is_text};
 use super::input::{Asker, Input, Reply};
 use super::orders::Orders;
 use super::question::{Answer, Question};
@@ -195,6 +196,12 @@ impl Management {
     }
 
     fn reply_to(&mut self, question: &Question, asker: &Asker, now_ns: u64) -> Answer {
+        // It comes into logs, and to terminals and robots of others.
+        if let Some(found) = question.texts().find(|text| !is_text(text)) {
+            return Answer::Refused(format!(
+                "{found:.60?} is longer than {LONGEST_TEXT} bytes, or has control characters"
+            ));
+        }
         let manager = &mut self.manager;
         let done = match question {
             Question::Status => return Answer::Status(Box::new(manager.status(now_ns))),

@@ -86,6 +86,18 @@ fn option(taken_away: bool) -> &'static str {
 }
 
 impl Question {
+    /// What people have written in it.
+    pub(super) fn texts(&self) -> impl Iterator<Item = &str> {
+        let (text, why) = match self {
+            Self::Status | Self::Orders => (None, None),
+            Self::Close { area, why } => (Some(area), Some(why)),
+            Self::Clear { area, .. } | Self::Open { area } => (Some(area), None),
+            Self::Why { robot } | Self::Absent { robot, .. } => (Some(robot), None),
+            Self::End { coordination } => (Some(coordination), None),
+        };
+        text.into_iter().chain(why).map(String::as_str)
+    }
+
     /// Whether it changes anything.
     #[must_use]
     pub fn is_order(&self) -> bool {

@@ -89,6 +89,24 @@ fn below(folder: &Path, found: &mut Vec<PathBuf>) {
     }
 }
 
+/// What an operator writes comes to terminals of others.
+#[test]
+fn a_text_that_could_move_somebodys_cursor_is_refused() {
+    let program = AtHome::start();
+    let asked = |area: &str, why: &str| {
+        let (area, why) = (area.to_owned(), why.to_owned());
+        ask(&program.socket(), &Question::Close { area, why }).expect("it answers")
+    };
+    for (area, why) in [("3", "\u{1b}[2J"), ("3\n", ""), ("3", &"x".repeat(257))] {
+        let answer = asked(area, why);
+        let refused =
+            matches!(&answer, Answer::Refused(text) if text.contains("control characters"));
+        assert!(refused, "{answer:?}");
+    }
+    assert!(matches!(asked("3", "wet floor \u{1f6a7}"), Answer::Done(_)));
+    program.end();
+}
+
 #[test]
 fn nobody_else_can_reach_anything_that_it_makes() {
     let program = AtHome::start();
