@@ -21,7 +21,7 @@ pub enum NavigationEvent {
     Output(EventId),
     /// What became of [`Directive::Instruct`].
     Instructed(Instructed),
-    /// [`Directive::Relocate`] is carried out, and the whereabouts in the table say so.
+    /// [`Directive::Resume`] is carried out, and the whereabouts in the table say so.
     Relocated,
 }
 
