@@ -117,7 +117,7 @@ impl Manager {
         let absent = |&robot: &usize| {
             let over = now_ns >= self.enters_no_more_ns(robot);
             let session = self.sessions.robot(robot);
-            over && session.absent && !session.reports
+            over && session.absent && !session.reports_here
         };
         let absent: Vec<usize> = { self.sessions.awaited().iter().copied() }
             .filter(absent)
@@ -190,6 +190,8 @@ impl Manager {
                 });
             }
         }
+        // They go with the robot, and are others.
+        let seconds = self.clear_of_seconds(&occupants, area, now_ns);
         let mut of = Vec::new();
         for &robot in &occupants {
             // It may be elsewhere, so whether it is awaited is another matter.
@@ -198,7 +200,7 @@ impl Manager {
                 self.take_out(robot, area, now_ns);
             }
         }
-        of.extend(self.clear_of_seconds(&occupants, area, now_ns));
+        of.extend(seconds);
         self.go_on(now_ns);
         let left = Vec::new();
         Ok(Cleared { of, left })

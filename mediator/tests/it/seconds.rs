@@ -1,7 +1,9 @@
 //! Second processes with the name of a robot that is heard: each is another body, which stands where it says.
 
+use contract::VERSION;
 use contract::client::{Client, Situation};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
+use contract::wire;
 use mediator::journal::ClosedRecord;
 use mediator::manager::{AbsentError, Alarm, ClearError, Manager};
 use mediator::setup::Setup;
@@ -578,6 +580,35 @@ fn one_that_is_refused_for_its_floor_is_found_as_well() {
     };
     assert!(matches!(floor, Alarm::Floor { .. }) && matches!(doubled, Alarm::Doubled { .. }));
     robots.pop();
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    for round in 30..50 {
+        let status = talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        assert!(!robots[0].0.holds(AREA), "{round}: {status:?}");
+    }
+}
+
+/// It understands nothing that it is told, and so repeats nothing.
+#[test]
+fn one_that_is_refused_for_its_version_is_found_as_well() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    robots[2].1.wanted.clear();
+    let (mut clone, situation) = clone_of_the_second(8, AREA);
+    for round in 0..30 {
+        let now_ns = NOW_NS + round * STEP_NS;
+        clone.step(situation.clone(), now_ns, SILENT_AFTER_NS);
+        let mut report = clone.report();
+        report.version = Some(wire::Version {
+            major: VERSION.major + 1,
+            minor: 0,
+        });
+        manager.report(&report, now_ns);
+        talk(&mut manager, &mut robots, now_ns);
+    }
+    let doubled = manager
+        .alarms()
+        .any(|alarm| matches!(alarm, Alarm::Doubled { .. }));
+    assert!(doubled);
     robots[0].1.wanted = vec![AREA.to_owned()];
     for round in 30..50 {
         let status = talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);

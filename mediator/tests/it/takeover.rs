@@ -179,12 +179,14 @@ fn a_robot_that_was_absent_and_is_heard_without_a_place_is_awaited_also_when_it_
     keep(&mut manager, &mut stored);
 
     robots[0].1.wanted = vec![AREA.to_owned()];
-    for is_heard in [true, false] {
+    // What it says as a robot of another site says nothing of this floor.
+    for heard_at in [Some("hall"), Some("next door"), None] {
+        let is_heard = heard_at == Some("hall");
         let mut robots = robots.clone();
         let mut manager = start(&stored, 51, absent_ns);
         let since = |second: u64| absent_ns + second * SILENT_AFTER_NS;
-        if is_heard {
-            let mut back = [(Client::new("amr-1", "hall", 8), Situation::default())];
+        if let Some(site) = heard_at {
+            let mut back = [(Client::new("amr-1", site, 8), Situation::default())];
             talk(&mut manager, &mut back, since(1));
         }
         let mut status = manager.status(since(1));

@@ -5,7 +5,7 @@ use contract::wire::{MediatorReport, RobotReport};
 use contract::{VERSION, Version};
 
 use super::session::SESSIONS_PER_EPOCH;
-use super::table::{Sessions, echo};
+use super::table::{Sessions, heard};
 use crate::manager::alarm::Alarm;
 use crate::manager::effects::Effects;
 
@@ -71,7 +71,7 @@ impl Sessions {
         let found = self.robots[robot].turn_away(
             report.boot_epoch,
             report.sequence,
-            echo(report, self.epoch),
+            heard(report, self.epoch),
             now_ns,
             self.silent_after_ns,
         );

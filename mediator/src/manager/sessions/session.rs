@@ -72,6 +72,8 @@ pub(crate) struct Session {
     pub(crate) surely_absent: bool,
     /// It has reported since the start. Before that nothing is sent to it: its first report says whom it has followed so far.
     pub(crate) reports: bool,
+    /// It has reported as one of this site.
+    pub(crate) reports_here: bool,
     /// Its last report has named this site's floor.
     pub(crate) knows_floor: bool,
     /// It has said that it knows no protocol 2.
@@ -300,7 +302,7 @@ impl Session {
         &mut self,
         boot_epoch: u64,
         sequence: u64,
-        echo: u64,
+        echo: Option<u64>,
         now_ns: u64,
         silent_after_ns: u64,
     ) -> bool {
@@ -325,9 +327,11 @@ impl Session {
         if now_ns <= rival.since_ns.saturating_add(DOUBLED_AFTER_NS) {
             return false;
         }
-        // A late report tells of a living process only if it knows of something that was sent since.
+        // A late report tells of a living process only if it knows of something that was sent since; one that understands
+        // nothing of it lives if it reports on for so long.
         let mark = *rival.mark.get_or_insert(sent);
-        if rival.known || echo <= mark || own_echo <= mark {
+        let hears = echo.is_none_or(|echo| echo > mark);
+        if rival.known || !hears || own_echo <= mark {
             return false;
         }
         rival.known = true;
@@ -339,8 +343,9 @@ impl Session {
     /// It may be another body's process. One that has spoken for the robot or was found beside it may be gone, and its reports late:
     /// it lives if it has heard of something that was sent since another one speaks. Since when the journal's one speaks is not known,
     /// and one that was found hears the refusals of a mediator that has started again only after a second.
-    pub(crate) fn may_be_second(&self, boot_epoch: u64, echo: u64) -> bool {
-        let lives = echo > self.taken_in_at || self.taken_in_at == 0;
+    pub(crate) fn may_be_second(&self, boot_epoch: u64, echo: Option<u64>) -> bool {
+        let hears = echo.is_none_or(|echo| echo > self.taken_in_at);
+        let lives = hears || self.taken_in_at == 0;
         !self.is_of(boot_epoch) && (lives || !self.is_retired(boot_epoch))
     }
 

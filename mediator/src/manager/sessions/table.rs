@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use contract::timing::{CANDIDATE_TIMEOUT_NS, LEVEL_PERIOD_NS};
 use contract::wire::{MediatorReport, RobotReport};
+use contract::{VERSION, Version};
 
 use super::factsheet::Factsheet;
 use super::session::Session;
@@ -114,6 +115,7 @@ impl Sessions {
             return recognised;
         }
         self.robots[robot].reports = true;
+        self.robots[robot].reports_here |= report.site == self.names.site;
         self.robots[robot].knows_floor = report.floor_hash == self.names.floor.hash();
         let admitted = self.admit(robot, report, now_ns, effects);
         let epoch = self.epoch;
@@ -182,7 +184,7 @@ impl Sessions {
 
     /// Whether the report may be of a living process beside the one that speaks for the robot.
     pub(crate) fn may_be_second(&self, robot: usize, report: &RobotReport) -> bool {
-        self.robots[robot].may_be_second(report.boot_epoch, echo(report, self.epoch))
+        self.robots[robot].may_be_second(report.boot_epoch, heard(report, self.epoch))
     }
 
     /// Whoever is heard now counts as heard until then.
@@ -259,8 +261,14 @@ impl Sessions {
     }
 }
 
+/// That; none of one of another version, which takes no message in.
+pub(super) fn heard(report: &RobotReport, epoch: u64) -> Option<u64> {
+    let understands = VERSION.accept(Version::from(report.version)).is_ok();
+    understands.then(|| echo(report, epoch))
+}
+
 /// The newest message of this start of the mediator that the sender has heard.
-pub(super) fn echo(report: &RobotReport, epoch: u64) -> u64 {
+fn echo(report: &RobotReport, epoch: u64) -> u64 {
     if report.mediator_epoch == epoch {
         report.mediator_sequence
     } else {
