@@ -92,6 +92,12 @@ impl Layout {
         span.of(&self.port_changes)
     }
 
+    /// The blocks that may have something to do when the shared place of this bit is marked, or emptied.
+    #[inline]
+    pub(in crate::petri) fn neighbours(&self, bit: usize, is_marked: bool) -> u64 {
+        self.neighbours[BITS - 1 - bit][usize::from(is_marked)]
+    }
+
     #[inline]
     pub(in crate::petri) fn spot(&self, place: PlaceId) -> Spot {
         let one_word = Spot {

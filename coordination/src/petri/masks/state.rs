@@ -97,8 +97,7 @@ impl State {
         let is_marked = !self.is_marked(layout, place);
         self.next = Self::UNKNOWN;
         if spot.is_shared() {
-            let bit = BITS - 1 - usize::from(spot.bit);
-            let wakes = layout.neighbours[bit][usize::from(is_marked)];
+            let wakes = layout.neighbours(spot.bit.into(), is_marked);
             self.now.marks ^= spot.mask();
             self.told ^= spot.mask();
             self.active |= wakes;
@@ -125,8 +124,7 @@ impl State {
         let mut changed = (self.now.marks ^ self.told) & layout.shared;
         while let Some(bit) = lowest(changed) {
             let is_marked = self.now.marks >> bit & 1 == 1;
-            let neighbours = layout.neighbours[BITS - 1 - bit][usize::from(is_marked)];
-            self.active |= neighbours & !(1 << self.block);
+            self.active |= layout.neighbours(bit, is_marked) & !(1 << self.block);
             changed &= changed - 1;
         }
         self.told = self.now.marks & layout.shared;
