@@ -77,8 +77,7 @@ impl Supervisor {
             self.log_panic();
         } else {
             // Where it has come to stand is where it ends.
-            let known = self.known(self.mode_of_itself() as u64);
-            self.keeper.keep(&mut self.symbols, known, now_ns);
+            self.keep(self.mode_of_itself() as u64, now_ns);
         }
         let stands = self.end(now_ns);
         self.publish(now_ns);
@@ -94,9 +93,7 @@ impl Supervisor {
 
     /// Keeps the robot as stopped: the process after one in which something panicked waits for an operator.
     pub fn keep_stopped(&mut self, now_ns: u64) {
-        let stopped = Mode::Stopped as u64;
-        let known = self.known(stopped);
-        self.keeper.keep(&mut self.symbols, known, now_ns);
+        self.keep(Mode::Stopped as u64, now_ns);
     }
 
     /// Stops the robot; true when it stands, or when it has had its time.

@@ -158,23 +158,23 @@ impl Supervisor {
         self.answer_placings(now_ns);
         self.tell_mode();
         self.publish(now_ns);
-        let known = self.known(self.mode_to_keep());
-        self.keeper.keep(&mut self.symbols, known, now_ns);
+        self.keep(self.mode_to_keep(), now_ns);
         self.judge_keeping(now_ns);
     }
 
-    /// What a checkpoint says besides where the robot is.
-    pub(super) fn known(&mut self, mode: u64) -> Known {
-        let believed = self.symbols.whereabouts.read().value.at.pose;
-        self.placed.take_if(|placed| {
-            let way = placed.between(believed);
-            way.x_m.hypot(way.y_m) < PLACED_M && way.theta_rad.abs() < PLACED_RAD
-        });
-        Known {
+    /// Keeps where the robot is, as one that is in this mode.
+    pub(super) fn keep(&mut self, mode: u64, now_ns: u64) {
+        if let Some(placed) = self.placed {
+            let way = placed.between(self.symbols.whereabouts.read().value.at.pose);
+            let is_there = way.x_m.hypot(way.y_m) < PLACED_M && way.theta_rad.abs() < PLACED_RAD;
+            self.placed = (!is_there).then_some(placed);
+        }
+        let known = Known {
             mode,
             lost: self.is_lost() || self.placed.is_some(),
             stopped_by: { self.stopped_by() }.fold(0, |all, fault| all | 1 << fault as u64),
-        }
+        };
+        self.keeper.keep(&mut self.symbols, known, now_ns);
     }
 
     /// A robot of which a computer that is switched off would know nothing does not drive.
