@@ -7,22 +7,20 @@ use crate::realtime::log;
 use crate::symbols::values::Mode;
 
 fn plan(set: &[&str]) -> Plan {
-    let config = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");
-    let files = Files {
-        robot: format!("{config}/robots/amr-1.toml").into(),
-        site: format!("{config}/sites/corridor.toml").into(),
-        set: set.iter().map(|&one| one.to_owned()).collect(),
-    };
-    Plan::load(&files).expect("good files")
+    plan_on("corridor", set)
 }
 
 /// Where a mediator manages the areas.
 fn managed() -> Plan {
+    plan_on("overtaking", &[])
+}
+
+fn plan_on(site: &str, set: &[&str]) -> Plan {
     let config = concat!(env!("CARGO_MANIFEST_DIR"), "/../config");
     let files = Files {
         robot: format!("{config}/robots/amr-1.toml").into(),
-        site: format!("{config}/sites/overtaking.toml").into(),
-        set: Vec::new(),
+        site: format!("{config}/sites/{site}.toml").into(),
+        set: set.iter().map(|&one| one.to_owned()).collect(),
     };
     Plan::load(&files).expect("good files")
 }
