@@ -99,6 +99,9 @@ pub struct RobotRecord {
 pub struct SecondRecord {
     /// Its boot epoch.
     pub boot_epoch: u64,
+    /// Number of a report that it has sent: older ones say nothing of where it is.
+    #[serde(default)]
+    pub sequence: u64,
     /// Areas that its body was last known to reach into.
     pub stands_in: Vec<String>,
 }

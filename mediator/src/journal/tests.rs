@@ -27,6 +27,7 @@ fn entries() -> Vec<Entry> {
                 found: vec![3],
                 seconds: vec![SecondRecord {
                     boot_epoch: 3,
+                    sequence: 9,
                     stands_in: vec!["2".into()],
                 }],
                 stands_in: vec!["1".into(), "2".into()],

@@ -1,9 +1,57 @@
 //! What the manager says to a robot.
 
+use contract::timing::LEVEL_PERIOD_NS;
 use contract::wire::{AccessGrant, Control, MediatorReport, TakeUp};
 use contract::{VERSION, level};
 
+use super::routing::Manager;
 use super::view::View;
+
+impl Manager {
+    /// Repeats levels that are due, between two ticks: few at a time, so that no news waits behind many.
+    pub fn repeat_levels(&mut self, now_ns: u64) {
+        self.sessions.keep_up(now_ns, &mut self.effects);
+    }
+
+    /// The next message to send, to the robot that it names; nothing when all have heard the news.
+    pub fn next_message(&mut self, now_ns: u64) -> Option<MediatorReport> {
+        if let Some(refusal) = self.sessions.next_refusal() {
+            let (instance, journal) = (self.peers.instance, self.peers.journal);
+            return Some(MediatorReport {
+                instance,
+                journal,
+                ..refusal
+            });
+        }
+        let (robot, boot_epoch, session) =
+            self.sessions.next_listener(now_ns, &mut self.effects)?;
+        self.explain_waits(robot, now_ns);
+        let message = self.view(now_ns).message(robot, boot_epoch, session);
+        let own = self.sessions.robot_mut(robot);
+        if own.is_of(boot_epoch) {
+            if message.session == 0 || own.unaccounted {
+                own.say_all();
+            } else {
+                self.areas.note_said(robot, message.sequence);
+            }
+        }
+        Some(message)
+    }
+
+    /// Says why the robot waits. That is for people, and may be as old as a level.
+    fn explain_waits(&mut self, robot: usize, now_ns: u64) {
+        let old = |why_ns: u64| why_ns == 0 || now_ns >= why_ns.saturating_add(LEVEL_PERIOD_NS);
+        let claims = self.areas.robot(robot).claims.iter();
+        let due: Vec<usize> = { claims }
+            .filter(|(_, claim)| claim.waits() && old(claim.why.0))
+            .map(|(area, _)| area)
+            .collect();
+        for area in due {
+            let why = self.view(now_ns).explain(robot, area);
+            self.areas.note_why(robot, area, now_ns, why);
+        }
+    }
+}
 
 impl View<'_> {
     /// The whole of what the process of a boot must know, as of now.

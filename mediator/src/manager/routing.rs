@@ -2,8 +2,7 @@
 
 use std::sync::Arc;
 
-use contract::timing::LEVEL_PERIOD_NS;
-use contract::wire::{MediatorReport, RobotReport};
+use contract::wire::RobotReport;
 
 use super::alarm::Alarm;
 use super::areas::Areas;
@@ -171,7 +170,7 @@ impl Manager {
         };
         self.coordinations.look_again_at(robot);
         let news = self.hear_whom_it_follows(robot, report, now_ns);
-        if self.peers.asks(robot) {
+        if self.peers.asks(robot) && !self.sessions.robot(robot).is_retired(report.boot_epoch) {
             return;
         }
         let ours = self.peers.is_ours(report);
@@ -254,12 +253,11 @@ impl Manager {
         areas.take_in(robot, report, heard, now_ns, reservations, effects)
     }
 
-    /// The report is of a process that does not speak for the robot yet, while none that does is heard. Where one that speaks
-    /// for it is, the journal knows.
+    /// The report is of a process that does not speak for the robot yet, or is not taken in, while none that does is heard. Where
+    /// one that speaks for it is, the journal knows.
     fn may_stand_elsewhere(&self, robot: usize, report: &RobotReport) -> bool {
         let session = self.sessions.robot(robot);
-        let admitted = session.refusal(report.boot_epoch).is_empty();
-        admitted && !session.is_heard() && !session.is_of(report.boot_epoch)
+        !session.is_heard() && !session.is_of(report.boot_epoch)
     }
 
     /// Orders and grants what can be; nothing while another mediator goes on.
@@ -281,9 +279,10 @@ impl Manager {
             record: RobotRecord {
                 stands_in: areas.map(|&area| self.names.area_id(area)).collect(),
                 seconds: { occupant.seconds.found() }
-                    .map(|(boot_epoch, areas)| SecondRecord {
-                        boot_epoch,
-                        stands_in: { areas.into_iter() }
+                    .map(|found| SecondRecord {
+                        boot_epoch: found.process,
+                        sequence: found.sequence,
+                        stands_in: { found.areas.into_iter() }
                             .map(|area| self.names.area_id(area))
                             .collect(),
                     })
@@ -346,51 +345,5 @@ impl Manager {
             self.effects.alarms.extend(circle);
         }
         self.go_on(now_ns);
-    }
-
-    /// Repeats levels that are due, between two ticks: few at a time, so that no news waits behind many.
-    pub fn repeat_levels(&mut self, now_ns: u64) {
-        self.sessions.keep_up(now_ns, &mut self.effects);
-    }
-
-    // ---------------------------------------------------------------- messages out
-
-    /// The next message to send, to the robot that it names; nothing when all have heard the news.
-    pub fn next_message(&mut self, now_ns: u64) -> Option<MediatorReport> {
-        if let Some(refusal) = self.sessions.next_refusal() {
-            let (instance, journal) = (self.peers.instance, self.peers.journal);
-            return Some(MediatorReport {
-                instance,
-                journal,
-                ..refusal
-            });
-        }
-        let (robot, boot_epoch, session) =
-            self.sessions.next_listener(now_ns, &mut self.effects)?;
-        self.explain_waits(robot, now_ns);
-        let message = self.view(now_ns).message(robot, boot_epoch, session);
-        let own = self.sessions.robot_mut(robot);
-        if own.is_of(boot_epoch) {
-            if message.session == 0 || own.unaccounted {
-                own.say_all();
-            } else {
-                self.areas.note_said(robot, message.sequence);
-            }
-        }
-        Some(message)
-    }
-
-    /// Says why the robot waits. That is for people, and may be as old as a level.
-    fn explain_waits(&mut self, robot: usize, now_ns: u64) {
-        let old = |why_ns: u64| why_ns == 0 || now_ns >= why_ns.saturating_add(LEVEL_PERIOD_NS);
-        let claims = self.areas.robot(robot).claims.iter();
-        let due: Vec<usize> = { claims }
-            .filter(|(_, claim)| claim.waits() && old(claim.why.0))
-            .map(|(area, _)| area)
-            .collect();
-        for area in due {
-            let why = self.view(now_ns).explain(robot, area);
-            self.areas.note_why(robot, area, now_ns, why);
-        }
     }
 }

@@ -24,6 +24,23 @@ fn asked_for() -> (Manager, Robots) {
     (manager, robots)
 }
 
+/// All know which areas there are, and nobody asks for one.
+fn on_a_known_floor() -> (Manager, Robots) {
+    let setup = Setup {
+        floor: floor(3.0),
+        ..setup()
+    };
+    let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
+    let mut robots: Robots = { ["amr-1", "amr-2", "amr-3"].iter() }
+        .map(|id| {
+            let (client, situation) = robot(id, &[]);
+            (client.on(floor(3.0)), situation)
+        })
+        .collect();
+    talk(&mut manager, &mut robots, NOW_NS);
+    (manager, robots)
+}
+
 fn stands_in(area: &str) -> Situation {
     Situation {
         located: true,
@@ -474,6 +491,55 @@ fn one_that_has_lost_its_pose_is_heard_where_it_was_found() {
     assert_eq!(manager.status(now_ns).robots[1].second_in, [AREA]);
 }
 
+/// Somebody pushes it just before it is known to be another body.
+#[test]
+fn one_that_loses_its_pose_before_it_is_found_is_where_it_was() {
+    let mut stored = begun(1);
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    robots[2].1.wanted.clear();
+    robots.push(clone_of_the_second(8, AREA));
+    for round in 0..14 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    assert_eq!(manager.alarms().count(), 0, "not found yet");
+    robots[3].1.located = false;
+    for round in 14..30 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    robots.pop();
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    for round in 30..50 {
+        let status = talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        assert!(!robots[0].0.holds(AREA), "{round}: {status:?}");
+    }
+    manager.entries().for_each(|entry| stored.apply(entry));
+    let started_ns = NOW_NS + 50 * STEP_NS;
+    let status = start(&stored, 51, started_ns).status(started_ns);
+    assert_eq!(status.robots[1].second_in, [AREA]);
+}
+
+/// A report from before it was pushed comes after the mediator has started.
+#[test]
+fn one_that_was_found_is_not_moved_back_by_what_is_late_after_a_start() {
+    let mut stored = begun(1);
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    robots[2].1.wanted.clear();
+    robots.push(clone_of_the_second(8, AREA));
+    for round in 0..30 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    let late = robots[3].0.report();
+    robots[3].1 = stands_in("yard");
+    talk(&mut manager, &mut robots, NOW_NS + 30 * STEP_NS);
+    manager.entries().for_each(|entry| stored.apply(entry));
+    let started_ns = NOW_NS + 31 * STEP_NS;
+    let mut manager = start(&stored, 51, started_ns);
+    manager.report(&late, started_ns + 1);
+    assert_eq!(manager.status(started_ns + 1).robots[1].second_in, ["yard"]);
+}
+
 #[test]
 fn one_that_was_found_has_its_time_to_be_heard_after_a_start() {
     let mut stored = begun(1);
@@ -557,18 +623,7 @@ fn robots_that_wait_for_one_do_not_wait_for_each_other() {
 /// A copied image with an older site file.
 #[test]
 fn one_that_is_refused_for_its_floor_is_found_as_well() {
-    let setup = Setup {
-        floor: floor(3.0),
-        ..setup()
-    };
-    let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
-    let mut robots: Robots = { ["amr-1", "amr-2", "amr-3"].iter() }
-        .map(|id| {
-            let (client, situation) = robot(id, &[]);
-            (client.on(floor(3.0)), situation)
-        })
-        .collect();
-    talk(&mut manager, &mut robots, NOW_NS);
+    let (mut manager, mut robots) = on_a_known_floor();
     let (clone, situation) = clone_of_the_second(8, AREA);
     robots.push((clone.on(floor(4.0)), situation));
     for round in 0..30 {
@@ -585,6 +640,35 @@ fn one_that_is_refused_for_its_floor_is_found_as_well() {
         let status = talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
         assert!(!robots[0].0.holds(AREA), "{round}: {status:?}");
     }
+}
+
+/// A robot that was carried, and switched on with the site file of yesterday: no other process of it runs.
+#[test]
+fn one_that_is_refused_while_nobody_speaks_for_its_robot_is_in_the_way() {
+    let (mut manager, mut robots) = on_a_known_floor();
+    let (restarted, situation) = clone_of_the_second(8, AREA);
+    robots[1] = (restarted.on(floor(4.0)), situation);
+    for round in 0..30 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    let (_, there) = robots.remove(1);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    for round in 30..60 {
+        let status = talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        assert!(!robots[0].0.holds(AREA), "{round}: {status:?}");
+    }
+    // With the right file it says itself where it is.
+    let (client, _) = clone_of_the_second(9, AREA);
+    robots.push((client.on(floor(3.0)), there));
+    for round in 60..100 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+        assert!(!robots[0].0.holds(AREA), "{round}");
+    }
+    robots[2].1.stands_in.clear();
+    for round in 100..110 {
+        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    }
+    assert!(robots[0].0.holds(AREA), "it has left");
 }
 
 /// It understands nothing that it is told, and so repeats nothing.

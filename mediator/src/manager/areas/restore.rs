@@ -7,6 +7,7 @@ use coordination::protocol::MergeError;
 
 use super::claim::Claim;
 use super::revocation::Revocation;
+use super::seconds::Found;
 use super::table::Areas;
 use crate::journal::Stored;
 use crate::manager::error::RestoreError;
@@ -53,13 +54,17 @@ impl Areas {
             for second in &record.seconds {
                 let stands_in = { second.stands_in.iter() }.map(|id| known_area(names, id));
                 let stands_in = stands_in.collect::<Result<Vec<usize>, RestoreError>>()?;
-                let own = &mut areas.robots[robot].seconds;
+                for &area in &stands_in {
+                    areas.concern(area, robot);
+                }
+                let found = Found {
+                    process: second.boot_epoch,
+                    sequence: second.sequence,
+                    areas: stands_in,
+                };
                 // As long as the process has that speaks for the robot.
                 let until_ns = now_ns.saturating_add(ENTERS_NO_MORE_NS);
-                own.restore(second.boot_epoch, stands_in.clone(), until_ns);
-                stands_in
-                    .iter()
-                    .for_each(|&area| areas.concern(area, robot));
+                areas.robots[robot].seconds.restore(found, until_ns);
             }
             areas.robots[robot].fsm_state.clone_from(&record.fsm_state);
         }

@@ -75,6 +75,17 @@ pub(crate) struct Said<'a> {
     pub(crate) until_ns: u64,
 }
 
+/// A process that was found, as the journal knows it.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(crate) struct Found {
+    /// Its boot epoch.
+    pub(crate) process: u64,
+    /// Of a report that it has sent: older ones say nothing of where it is.
+    pub(crate) sequence: u64,
+    /// Where it stands, for all that is known.
+    pub(crate) areas: Vec<usize>,
+}
+
 /// What has changed.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(crate) struct Change {
@@ -90,30 +101,50 @@ pub(crate) struct Seconds(Vec<Second>);
 
 impl Seconds {
     /// Of the journal: processes that were found, where they were heard last. Each has until then to be heard again.
-    pub(super) fn restore(&mut self, process: u64, areas: Vec<usize>, until_ns: u64) {
-        let place = self.push(process);
+    pub(super) fn restore(&mut self, found: Found, until_ns: u64) {
+        let place = self.push(found.process);
         let own = &mut self.0[place];
-        own.is_found = process != OTHERS;
+        own.is_found = found.process != OTHERS;
+        own.sequence = found.sequence;
         let hold = |area| Hold {
             area,
             heard_until_ns: until_ns,
             is_found: true,
             told: false,
         };
-        own.holds = areas.into_iter().map(hold).collect();
+        own.holds = found.areas.into_iter().map(hold).collect();
     }
 
-    /// A process that does not know where it is any more is heard: one that was found is where it was.
-    pub(super) fn hear(&mut self, process: u64, sequence: u64, until_ns: u64) {
-        let mut own = { self.0.iter_mut() }.filter(|own| own.process == process);
-        let Some(own) = own.find(|own| own.is_found && sequence > own.sequence) else {
-            return;
+    /// A process that does not know where it is any more is heard: one that was found is where it was. Returns whether one is
+    /// found now, which the journal must know.
+    pub(super) fn hear(
+        &mut self,
+        process: u64,
+        sequence: u64,
+        is_found: bool,
+        until_ns: u64,
+    ) -> bool {
+        let own = self.find(process);
+        // Where one was that is not told from others nobody knows: in all areas of these, then.
+        let Some(place) = own.or_else(|| self.find(OTHERS).filter(|_| is_found)) else {
+            return false;
         };
-        own.sequence = sequence;
+        let own = &mut self.0[place];
+        if own.process != OTHERS {
+            own.is_found |= is_found;
+            if !own.is_found || sequence <= own.sequence {
+                return false;
+            }
+            own.sequence = sequence;
+        }
+        let mut is_news = false;
         for hold in &mut own.holds {
             hold.heard_until_ns = hold.heard_until_ns.max(until_ns);
             hold.told = false;
+            is_news |= !hold.is_found;
+            hold.is_found = true;
         }
+        is_news
     }
 
     /// A process says where it stands.
@@ -146,8 +177,7 @@ impl Seconds {
 
     /// Where the process is, or is put.
     fn place_of(&mut self, process: u64) -> usize {
-        let find = |own: &Self, process| own.0.iter().position(|second| second.process == process);
-        if let Some(place) = find(self, process) {
+        if let Some(place) = self.find(process) {
             return place;
         }
         let is_told_apart = |second: &&Second| second.process != OTHERS;
@@ -160,7 +190,11 @@ impl Seconds {
             self.0.remove(place);
             return self.push(process);
         }
-        find(self, OTHERS).unwrap_or_else(|| self.push(OTHERS))
+        self.find(OTHERS).unwrap_or_else(|| self.push(OTHERS))
+    }
+
+    fn find(&self, process: u64) -> Option<usize> {
+        self.0.iter().position(|own| own.process == process)
     }
 
     fn push(&mut self, process: u64) -> usize {
@@ -216,12 +250,16 @@ impl Seconds {
     }
 
     /// Processes that were found, and where they stand for all that is known.
-    pub(crate) fn found(&self) -> impl Iterator<Item = (u64, Vec<usize>)> + '_ {
-        let found = self.0.iter().map(|own| {
-            let holds = own.holds.iter().filter(|own| own.is_found);
-            (own.process, holds.map(|own| own.area).collect())
+    pub(crate) fn found(&self) -> impl Iterator<Item = Found> + '_ {
+        let found = self.0.iter().map(|own| Found {
+            process: own.process,
+            sequence: own.sequence,
+            areas: { own.holds.iter() }
+                .filter(|own| own.is_found)
+                .map(|own| own.area)
+                .collect(),
         });
-        found.filter(|(_, areas): &(u64, Vec<usize>)| !areas.is_empty())
+        found.filter(|found| !found.areas.is_empty())
     }
 
     /// Ends the holds of processes that were heard too long ago, unless they were found. Returns their areas.
@@ -281,115 +319,4 @@ fn sorted(mut areas: Vec<usize>) -> Vec<usize> {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::{Change, PROCESSES, Said, Seconds};
-
-    fn said(process: u64, sequence: u64, areas: &[usize], until_ns: u64) -> Said<'_> {
-        Said {
-            process,
-            sequence,
-            is_found: false,
-            areas,
-            until_ns,
-        }
-    }
-
-    #[test]
-    fn what_one_process_says_ends_no_hold_of_another() {
-        let mut seconds = Seconds::default();
-        assert_eq!(seconds.take_in(&said(7, 1, &[3], 10)).areas, [3]);
-        assert_eq!(seconds.take_in(&said(8, 1, &[3, 4], 20)).areas, [3, 4]);
-        let again = seconds.take_in(&said(8, 2, &[3], 15));
-        assert_eq!(again, Change::default(), "the same body");
-        assert_eq!((seconds.bodies(3), seconds.bodies(4)), (2, 1));
-        assert!(seconds.drop_silent(10).is_empty());
-        assert_eq!(seconds.drop_silent(16), [3]);
-        assert_eq!(seconds.areas(), [3, 4]);
-        assert!(seconds.promote(9).is_empty());
-        assert_eq!(seconds.promote(8), [3, 4]);
-        assert!(seconds.areas().is_empty());
-        seconds.take_in(&said(8, 3, &[3, 4], 20));
-        seconds.leave(3);
-        assert!(!seconds.are_in(3) && seconds.are_in(4));
-    }
-
-    #[test]
-    fn one_that_was_found_holds_where_it_was_heard_last() {
-        let mut seconds = Seconds::default();
-        seconds.take_in(&said(7, 1, &[3], 10));
-        let found = |sequence, areas, until_ns| Said {
-            is_found: true,
-            ..said(7, sequence, areas, until_ns)
-        };
-        let change = |areas: &[usize]| Change {
-            areas: areas.to_vec(),
-            found: true,
-        };
-        assert_eq!(seconds.take_in(&found(2, &[3], 20)), change(&[]));
-        assert_eq!(seconds.take_in(&found(3, &[3], 20)), Change::default());
-        assert!(seconds.are_heard_in(3, 20) && !seconds.are_heard_in(3, 21));
-        assert!(seconds.fall_silent(20).is_empty());
-        assert_eq!(
-            (seconds.fall_silent(21), seconds.fall_silent(22)),
-            (vec![3], vec![])
-        );
-        assert!(seconds.drop_silent(1000).is_empty() && seconds.are_in(3));
-        assert_eq!(seconds.found().collect::<Vec<_>>(), [(7, vec![3])]);
-        // A late report.
-        assert_eq!(seconds.take_in(&found(2, &[5], 30)), Change::default());
-        assert_eq!(seconds.take_in(&found(4, &[4], 30)), change(&[4, 3]));
-        assert_eq!(seconds.take_in(&found(5, &[], 30)), change(&[4]));
-        seconds.restore(9, vec![6], 0);
-        assert!(seconds.are_in(6) && !seconds.are_heard_in(6, 1));
-        assert_eq!(seconds.fall_silent(1), [6]);
-        seconds.take_in(&found(6, &[6], 30));
-        assert!(seconds.leave_silent(6, 30) && !seconds.leave_silent(6, 30));
-        assert!(seconds.are_in(6), "one is heard there");
-    }
-
-    #[test]
-    fn invented_processes_are_one_body_more_in_each_area() {
-        let mut seconds = Seconds::default();
-        for process in 1..1000 {
-            seconds.take_in(&said(process, 1, &[3], 10));
-        }
-        assert_eq!(seconds.bodies(3), PROCESSES + 1);
-        assert_eq!(seconds.take_in(&said(2000, 1, &[4], 10)).areas, [4]);
-        assert!((seconds.take_in(&said(2001, 1, &[4], 10)).areas).is_empty());
-        // Who is gone makes room for others.
-        seconds.drop_silent(11);
-        assert!(seconds.areas().is_empty());
-        assert_eq!(seconds.take_in(&said(2002, 1, &[3], 20)).areas, [3]);
-        assert!(seconds.is_in(2002, 3));
-    }
-
-    #[test]
-    fn one_that_is_found_among_too_many_holds_as_well() {
-        let mut seconds = Seconds::default();
-        let found = |process, sequence, areas| Said {
-            is_found: true,
-            ..said(process, sequence, areas, 10)
-        };
-        for process in 1..=PROCESSES as u64 {
-            seconds.take_in(&found(process, 1, &[3]));
-        }
-        let none = Change::default();
-        assert!(!seconds.take_in(&said(20, 1, &[4], 10)).found);
-        assert!(seconds.take_in(&found(21, 1, &[5])).found);
-        // Of one that is not told from others nobody knows what it has left.
-        assert_eq!(seconds.take_in(&found(22, 1, &[5])), none);
-        assert_eq!(seconds.take_in(&found(21, 2, &[])), none);
-        assert_eq!(seconds.drop_silent(11), [4]);
-        assert_eq!(
-            (seconds.fall_silent(11), seconds.areas()),
-            (vec![3, 5], vec![3, 5])
-        );
-        let mut restored = Seconds::default();
-        seconds
-            .found()
-            .for_each(|(process, areas)| restored.restore(process, areas, 0));
-        assert!(restored.drop_silent(100).is_empty());
-        assert_eq!(restored.areas(), [3, 5]);
-        assert!(restored.leave_silent(5, 100) && !restored.are_in(5));
-    }
-}
+mod tests;

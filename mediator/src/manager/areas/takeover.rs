@@ -135,8 +135,8 @@ impl Areas {
     ) -> bool {
         let occupant = &mut self.robots[robot];
         if !report.located {
-            (occupant.seconds).hear(report.boot_epoch, report.sequence, until_ns);
-            return false;
+            let (process, sequence) = (report.boot_epoch, report.sequence);
+            return (occupant.seconds).hear(process, sequence, is_found, until_ns);
         }
         let mut areas: Vec<usize> = { report.stands_in.iter() }
             .filter_map(|id| self.names.area(id))

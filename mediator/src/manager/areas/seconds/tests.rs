@@ -1,0 +1,145 @@
+use super::{Change, Found, PROCESSES, Said, Seconds};
+
+fn said(process: u64, sequence: u64, areas: &[usize], until_ns: u64) -> Said<'_> {
+    Said {
+        process,
+        sequence,
+        is_found: false,
+        areas,
+        until_ns,
+    }
+}
+
+fn stood(process: u64, sequence: u64, areas: &[usize]) -> Found {
+    Found {
+        process,
+        sequence,
+        areas: areas.to_vec(),
+    }
+}
+
+#[test]
+fn what_one_process_says_ends_no_hold_of_another() {
+    let mut seconds = Seconds::default();
+    assert_eq!(seconds.take_in(&said(7, 1, &[3], 10)).areas, [3]);
+    assert_eq!(seconds.take_in(&said(8, 1, &[3, 4], 20)).areas, [3, 4]);
+    let again = seconds.take_in(&said(8, 2, &[3], 15));
+    assert_eq!(again, Change::default(), "the same body");
+    assert_eq!((seconds.bodies(3), seconds.bodies(4)), (2, 1));
+    assert!(seconds.drop_silent(10).is_empty());
+    assert_eq!(seconds.drop_silent(16), [3]);
+    assert_eq!(seconds.areas(), [3, 4]);
+    assert!(seconds.promote(9).is_empty());
+    assert_eq!(seconds.promote(8), [3, 4]);
+    assert!(seconds.areas().is_empty());
+    seconds.take_in(&said(8, 3, &[3, 4], 20));
+    seconds.leave(3);
+    assert!(!seconds.are_in(3) && seconds.are_in(4));
+}
+
+#[test]
+fn one_that_was_found_holds_where_it_was_heard_last() {
+    let mut seconds = Seconds::default();
+    seconds.take_in(&said(7, 1, &[3], 10));
+    let found = |sequence, areas, until_ns| Said {
+        is_found: true,
+        ..said(7, sequence, areas, until_ns)
+    };
+    let change = |areas: &[usize]| Change {
+        areas: areas.to_vec(),
+        found: true,
+    };
+    assert_eq!(seconds.take_in(&found(2, &[3], 20)), change(&[]));
+    assert_eq!(seconds.take_in(&found(3, &[3], 20)), Change::default());
+    assert!(seconds.are_heard_in(3, 20) && !seconds.are_heard_in(3, 21));
+    assert!(seconds.fall_silent(20).is_empty());
+    assert_eq!(
+        (seconds.fall_silent(21), seconds.fall_silent(22)),
+        (vec![3], vec![])
+    );
+    assert!(seconds.drop_silent(1000).is_empty() && seconds.are_in(3));
+    assert_eq!(seconds.found().collect::<Vec<_>>(), [stood(7, 3, &[3])]);
+    // A late report.
+    assert_eq!(seconds.take_in(&found(2, &[5], 30)), Change::default());
+    assert_eq!(seconds.take_in(&found(4, &[4], 30)), change(&[4, 3]));
+    assert_eq!(seconds.take_in(&found(5, &[], 30)), change(&[4]));
+    seconds.restore(stood(9, 0, &[6]), 0);
+    assert!(seconds.are_in(6) && !seconds.are_heard_in(6, 1));
+    assert_eq!(seconds.fall_silent(1), [6]);
+    seconds.take_in(&found(6, &[6], 30));
+    assert!(seconds.leave_silent(6, 30) && !seconds.leave_silent(6, 30));
+    assert!(seconds.are_in(6), "one is heard there");
+}
+
+#[test]
+fn invented_processes_are_one_body_more_in_each_area() {
+    let mut seconds = Seconds::default();
+    for process in 1..1000 {
+        seconds.take_in(&said(process, 1, &[3], 10));
+    }
+    assert_eq!(seconds.bodies(3), PROCESSES + 1);
+    assert_eq!(seconds.take_in(&said(2000, 1, &[4], 10)).areas, [4]);
+    assert!((seconds.take_in(&said(2001, 1, &[4], 10)).areas).is_empty());
+    // Who is gone makes room for others.
+    seconds.drop_silent(11);
+    assert!(seconds.areas().is_empty());
+    assert_eq!(seconds.take_in(&said(2002, 1, &[3], 20)).areas, [3]);
+    assert!(seconds.is_in(2002, 3));
+}
+
+#[test]
+fn one_that_is_found_among_too_many_holds_as_well() {
+    let mut seconds = Seconds::default();
+    let found = |process, sequence, areas| Said {
+        is_found: true,
+        ..said(process, sequence, areas, 10)
+    };
+    for process in 1..=PROCESSES as u64 {
+        seconds.take_in(&found(process, 1, &[3]));
+    }
+    let none = Change::default();
+    assert!(!seconds.take_in(&said(20, 1, &[4], 10)).found);
+    assert!(seconds.take_in(&found(21, 1, &[5])).found);
+    // Of one that is not told from others nobody knows what it has left.
+    assert_eq!(seconds.take_in(&found(22, 1, &[5])), none);
+    assert_eq!(seconds.take_in(&found(21, 2, &[])), none);
+    assert_eq!(seconds.drop_silent(11), [4]);
+    assert_eq!(
+        (seconds.fall_silent(11), seconds.areas()),
+        (vec![3, 5], vec![3, 5])
+    );
+    let mut restored = Seconds::default();
+    seconds.found().for_each(|found| restored.restore(found, 0));
+    assert!(restored.drop_silent(100).is_empty());
+    assert_eq!(restored.areas(), [3, 5]);
+    assert!(restored.leave_silent(5, 100) && !restored.are_in(5));
+}
+
+#[test]
+fn one_that_has_no_pose_when_it_is_found_is_where_it_was() {
+    let mut seconds = Seconds::default();
+    seconds.take_in(&said(7, 1, &[3], 10));
+    assert!(!seconds.hear(7, 2, false, 20), "it may be gone");
+    assert!(seconds.hear(7, 2, true, 20) && !seconds.hear(7, 3, true, 30));
+    assert!(seconds.drop_silent(1000).is_empty());
+    assert_eq!(seconds.found().collect::<Vec<_>>(), [stood(7, 3, &[3])]);
+    // Nor one that is not told from others.
+    for process in 11..10 + PROCESSES as u64 {
+        seconds.take_in(&said(process, 1, &[4], 10));
+    }
+    assert!(!seconds.hear(30, 1, true, 20), "it was nowhere");
+    seconds.take_in(&said(30, 1, &[5], 10));
+    assert!(seconds.hear(30, 2, true, 20) && seconds.are_heard_in(5, 20));
+}
+
+#[test]
+fn a_late_report_after_a_start_moves_nobody() {
+    let mut seconds = Seconds::default();
+    seconds.restore(stood(7, 410, &[4]), 100);
+    let late = Said {
+        is_found: true,
+        ..said(7, 400, &[3], 30)
+    };
+    assert_eq!(seconds.take_in(&late), Change::default());
+    assert_eq!(seconds.areas(), [4]);
+}
