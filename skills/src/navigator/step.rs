@@ -148,7 +148,8 @@ impl Navigator {
             return;
         }
         self.last_scan_ns = reference_ns;
-        self.blind = self.matcher.is_blind(scan, since, self.pose.pose());
+        let known = (!self.pose.is_uncertain()).then(|| self.pose.pose());
+        self.blind = self.matcher.is_blind(scan, since, known);
         if self.blind {
             self.counters.scans_blind += 1;
             let tracks = self.schedule_now().tracks;

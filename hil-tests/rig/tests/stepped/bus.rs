@@ -127,7 +127,7 @@ fn a_reset_while_the_drive_is_gone_does_not_let_it_go_on() {
     bench.until_standing(2.0);
     bench.stands_for(20.0);
     let (reply, _) = bench.answer_to(Request::Reset);
-    let gone = vec![Fault::BusLost, Fault::BringUpLimit];
+    let gone = vec![Fault::BusLost, Fault::BringUpLimit, Fault::OperatorStop];
     assert_eq!(reply, Err(Refusal::Remaining(gone)));
     bench.watch(0.3);
     faults.reappear(0);
@@ -149,6 +149,26 @@ fn a_reset_while_the_drive_is_gone_does_not_let_it_go_on() {
     assert!(remaining.contains(&Fault::MotorsOff), "{remaining:?}");
     faults.reappear(0);
     bench.stands_for(5.0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    bench.finish();
+}
+
+/// A bus that is back within a second goes on by itself: no stop of before may be gone by then that nobody took back with success.
+#[test]
+fn a_reset_that_is_refused_while_the_bus_is_lost_for_a_moment_lets_nothing_go() {
+    let mut bench = Bench::driving();
+    bench.ask(Request::Stop);
+    bench.until_standing(2.0);
+    let faults = bench.devices.bus_faults().clone();
+    faults.disappear(0);
+    bench.until_raised(Fault::BusLost, 1.0);
+    let (reply, _) = bench.answer_to(Request::Reset);
+    let remaining = vec![Fault::BusLost, Fault::OperatorStop];
+    assert_eq!(reply, Err(Refusal::Remaining(remaining)));
+    faults.reappear(0);
+    bench.stands_for(5.0);
+    assert!(!bench.has(Fault::BusLost) && bench.raised(Fault::DriveReturned) == 0);
     bench.ask(Request::Reset);
     bench.until_driving();
     bench.finish();

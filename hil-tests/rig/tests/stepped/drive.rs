@@ -94,7 +94,10 @@ fn with_emergency_bits_a_drive_with_a_fault_has_no_power_from_its_stop_to_its_re
     for (fault, inject) in REPORTED {
         for asked in [true, false] {
             let name = fault.name();
-            let mut bench = Bench::driving_with(&[&format!("drive.emergency_bits={asked}")]);
+            let mut bench = Bench::driving_with(&[
+                &format!("drive.emergency_bits={asked}"),
+                "drive.following_error_m=0.015",
+            ]);
             inject(bench.devices.drive_faults());
             bench.until_raised(fault, 1.0);
             bench.until("it rolls no more", 2.0, |bench| {

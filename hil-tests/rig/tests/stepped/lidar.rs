@@ -1,9 +1,9 @@
 //! The lidar is unplugged, hangs, or its bytes are broken.
 
-use onboard::process::ctl::{Done, Request};
+use onboard::process::ctl::{Done, Request, Teleop};
 use onboard::symbols::faults::Fault;
 use sim::lidar::Disturbance;
-use sim::world::Shape;
+use sim::world::{Pose, Shape};
 
 use crate::bench::Bench;
 
@@ -116,6 +116,42 @@ fn a_covered_lidar_shows_no_free_floor_and_stops_it() {
     bench.until_driving();
     assert!(!bench.has(Fault::LidarBlind) && !bench.has(Fault::ScanSilent));
     assert!(!bench.has(Fault::PoseUncertain));
+    bench.finish();
+}
+
+/// Where it takes itself to be no wall is in reach, but that may be elsewhere: what has no echo is no free floor.
+#[test]
+fn a_covered_lidar_stops_a_lost_robot_in_somebodys_hands() {
+    let beside = Shape::Box {
+        pose: Pose::new(4.5, -1.7, 0.0),
+        length_m: 4.0,
+        width_m: 0.2,
+    };
+    let hall = [
+        "walls.south={ from_m = [-1.0, -9.0], to_m = [13.0, -9.0] }",
+        "walls.north={ from_m = [-1.0, 9.0], to_m = [13.0, 9.0] }",
+    ];
+    let mut bench = Bench::new(Pose::new(4.0, -0.5, 0.0), 0.0, &[beside], &hall);
+    bench.watch(3.0);
+    bench.lose_memory();
+    bench.begin_again();
+    bench.watch(6.0);
+    assert!(bench.has(Fault::PlaceUnknown));
+    bench.ask(Request::Teleop(Teleop {
+        without_borders: true,
+    }));
+    bench.until("it is in hands", 1.0, |bench| bench.desk().is_taken());
+    bench.desk().want(0.0, 0.0);
+    bench.watch(0.2);
+    bench.desk().want(0.2, 0.0);
+    bench.until("it creeps", 3.0, |bench| bench.truth().twist.v_m_s > 0.05);
+    disturb(&bench, Disturbance::Cover { covered: true });
+    bench.until_standing(1.0);
+    bench.stands_for(2.0);
+    disturb(&bench, Disturbance::Cover { covered: false });
+    bench.until("it creeps on", 6.0, |bench| {
+        bench.truth().twist.v_m_s > 0.05
+    });
     bench.finish();
 }
 

@@ -28,6 +28,28 @@ fn a_panic_of_any_thread_ramps_the_robot_to_a_stop_and_ends_its_process() {
     }
 }
 
+/// Its own thread says nothing of the wheels any more. Whoever ends the process waits until it has had its time.
+#[test]
+fn a_panic_of_the_fieldbus_ramps_a_robot_that_brakes_softly_to_a_stop() {
+    let mut bench = Bench::driving_with(&[
+        "drive.stop_deceleration_m_s2=0.25",
+        "drive.deceleration_m_s2=0.25",
+        "navigation.deceleration_m_s2=0.2",
+    ]);
+    bench.drives_for(4.0);
+    let before_m_s = bench.truth().twist.v_m_s;
+    bench.panic("fieldbus");
+    bench.until("its process ends", ENDS_WITHIN_S + 2.0, |bench| {
+        bench.has_ended()
+    });
+    let after_m_s = bench.truth().twist.v_m_s;
+    assert!(
+        before_m_s > 0.35 && after_m_s < 0.02,
+        "{before_m_s}: {after_m_s} m/s"
+    );
+    bench.finish();
+}
+
 /// A thread of a process that is gone has no turn any more in which it could panic.
 #[test]
 fn a_process_can_be_killed_before_its_thread_comes_to_panic() {

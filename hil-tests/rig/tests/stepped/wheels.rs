@@ -304,7 +304,8 @@ fn a_drive_that_stops_by_itself_is_reset_like_any_other() {
         ..Mechanics::default()
     };
     for (mechanics, comes) in [(reversed, Request::Resume), (weak, Request::Stop)] {
-        let mut bench = Bench::driving_with(&["drive.emergency_bits=true"]);
+        let mut bench =
+            Bench::driving_with(&["drive.emergency_bits=true", "drive.following_error_m=0.015"]);
         if comes == Request::Resume {
             bench.ask(Request::Pause);
             bench.until_standing(2.0);

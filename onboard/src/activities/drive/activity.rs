@@ -71,6 +71,8 @@ pub struct Drive {
     pub(super) latched: bool,
     pub(super) bring_ups: PerMinute,
     pub(super) retry_ns: u64,
+    /// The bus was brought up in the cycle before.
+    pub(super) is_just_up: bool,
     pub(super) complaints: Complaints,
     /// Any part of the robot's program has.
     panicked: Panicked,
@@ -127,6 +129,7 @@ impl Drive {
             latched: false,
             bring_ups,
             retry_ns: 0,
+            is_just_up: false,
             complaints: Complaints::default(),
             panicked: Panicked::default(),
             panicked_ns: 0,
@@ -326,8 +329,10 @@ impl Activity for Drive {
     }
 
     fn coordinate(&mut self, _now_ns: u64) {
+        // Whoever reset the robot while the bus was being brought up knew nothing of what was found then.
+        let is_just_up = std::mem::take(&mut self.is_just_up);
         while let Some(command) = self.port.next_command() {
-            if command == Command::Reset {
+            if command == Command::Reset && !is_just_up {
                 self.reset();
             }
         }

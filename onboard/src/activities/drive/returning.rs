@@ -40,6 +40,7 @@ impl Drive {
                 self.judge_return(lost_power);
                 self.wheels = Wheels::default();
                 self.bus = Some(bus);
+                self.is_just_up = true;
                 self.ramp.reset();
                 self.answered_ns = self.clock.now_ns();
                 self.lost_since_ns = 0;

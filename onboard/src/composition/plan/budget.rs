@@ -68,9 +68,11 @@ pub struct Budget {
     pub planned: Lateness,
     /// What can happen.
     pub cases: Vec<Lateness>,
-    /// How far wheels may move beyond what they were told, `drive.following_error_m`, and what of the room that is kept from
-    /// everything is for that.
+    /// How far wheels may move beyond what they were told, `drive.following_error_m`, and farther where they are left without power
+    /// then (`drive.emergency_bits`); and what of the room that is kept from everything is for that.
     pub wheels_m: [f64; 2],
+    /// They are left without power then.
+    pub coasts: bool,
     /// Without scans the robot stops after this time. Each evaluation counts how old its scan is.
     pub unseen: Duration,
 }
@@ -110,8 +112,15 @@ impl Budget {
         let setpoint = part("drive.setpoint_timeout_ms", drive.setpoint_timeout_ms);
         let watchdog = part("ethercat.watchdog_ms", plan.robot.ethercat.watchdog_ms);
         let reaction_s = tubes.adapt.reaction_s;
+        let speed_m_s = tubes.fastest_m_s().min(drive.limits.max_speed_m_s);
+        // Wheels that do not obey are left to the drive, without power.
+        let coasts_m = if drive.emergency_bits {
+            (way_m(speed_m_s, 0.0, unpowered.1) - way_m(speed_m_s, 0.0, stop.1)).max(0.0)
+        } else {
+            0.0
+        };
         Self {
-            speed_m_s: tubes.fastest_m_s().min(drive.limits.max_speed_m_s),
+            speed_m_s,
             planned: Lateness {
                 who: "planned by the tubes",
                 parts: vec![(
@@ -141,8 +150,18 @@ impl Budget {
                     unpowered,
                     &[&adapts, &controls, &watchdog],
                 ),
+                // Where the drive brakes harder by itself than it is told to.
+                case(
+                    "the drive hangs for a moment",
+                    stop,
+                    &[&adapts, &controls, &exchanges, &watchdog, &wheels],
+                ),
             ],
-            wheels_m: [drive.following_error_m, WHEELS_SHARE * least_room(plan).1],
+            wheels_m: [
+                drive.following_error_m + coasts_m,
+                WHEELS_SHARE * least_room(plan).1,
+            ],
+            coasts: drive.emergency_bits,
             unseen: Duration::from_millis(u64::from(plan.robot.lidar.scan_timeout_ms)),
         }
     }
@@ -185,9 +204,21 @@ impl Budget {
         }
         let [found_m, most_m] = budget.wheels_m;
         if found_m > most_m + ROUNDING_M {
-            let expected = format!("at most {most_m:.3}, half of {}", least_room(plan).0);
-            let found = found_m.to_string();
-            errors.push(KeyError::new("drive.following_error_m", found, expected));
+            let following_m = plan.robot.drive.following_error_m;
+            let coasts_m = found_m - following_m;
+            let room = format!("at most {most_m:.3}, half of {}", least_room(plan).0);
+            let expected = if budget.coasts {
+                format!(
+                    "{room}, also with the {coasts_m:.3} that wheels without power roll farther (drive.emergency_bits)"
+                )
+            } else {
+                room
+            };
+            errors.push(KeyError::new(
+                "drive.following_error_m",
+                following_m.to_string(),
+                expected,
+            ));
         }
         errors.extend(too_short(plan));
         errors.extend(unseen_too_long(plan));
@@ -331,8 +362,13 @@ impl fmt::Display for Budget {
         let [found_m, most_m] = self.wheels_m;
         write!(
             f,
-            "\n{:<28} {found_m:.3}         drive.following_error_m, of {most_m:.3} that the tubes keep from everything for it",
-            "wheels do not obey"
+            "\n{:<28} {found_m:.3}         {}, of {most_m:.3} that the tubes keep from everything for it",
+            "wheels do not obey",
+            if self.coasts {
+                "drive.following_error_m, and farther without power (drive.emergency_bits)"
+            } else {
+                "drive.following_error_m"
+            }
         )
     }
 }

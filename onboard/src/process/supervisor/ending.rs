@@ -108,17 +108,27 @@ impl Supervisor {
                 self.raise(Who::Supervisor, Fault::Panic, 0.0, now_ns);
             }
         }
-        self.standing(now_ns) || now_ns > self.ending_since_ns + STANDSTILL_NS
+        // A drive whose own thread has panicked says nothing more, and ramps all the same.
+        let stands = if self.panicked.is_raised() {
+            self.seen_standing(now_ns)
+        } else {
+            self.standing(now_ns)
+        };
+        stands || now_ns > self.ending_since_ns + STANDSTILL_NS
     }
 
     pub(super) fn standing(&mut self, now_ns: u64) -> bool {
-        let encoders = self.symbols.encoders.read();
-        let fresh = now_ns.saturating_sub(encoders.stamp_ns) < ENCODER_AGE_NS;
-        let slow = encoders.value.speeds.fastest_rad_s() < STANDING_RAD_S;
         let drive = self.symbols.drive.read();
         let bus =
             drive.value.operational != 0 && now_ns.saturating_sub(drive.stamp_ns) < ENCODER_AGE_NS;
-        (fresh && slow) || !bus
+        self.seen_standing(now_ns) || !bus
+    }
+
+    /// Its encoders say so.
+    fn seen_standing(&mut self, now_ns: u64) -> bool {
+        let encoders = self.symbols.encoders.read();
+        let fresh = now_ns.saturating_sub(encoders.stamp_ns) < ENCODER_AGE_NS;
+        fresh && encoders.value.speeds.fastest_rad_s() < STANDING_RAD_S
     }
 
     /// Tells all activities to stop.

@@ -202,7 +202,12 @@ impl Supervisor {
     pub(super) fn answer_resets(&mut self, now_ns: u64) {
         for pending in self.resets.due(now_ns) {
             // Of a drive that does not answer no fault was reset, and when it is back it may have more.
-            let lost = { self.table.active() }.filter(|&fault| fault == Fault::BusLost);
+            let lost = self.table.state(Fault::BusLost).active != 0;
+            if lost {
+                // That ends by itself, and no reset that was refused may have let the robot go on then.
+                self.raise(Who::Operator, Fault::OperatorStop, 0.0, now_ns);
+            }
+            let lost = lost.then_some(Fault::BusLost).into_iter();
             let remaining: Vec<_> = lost.chain(self.stopped_by()).collect();
             let reply = if remaining.is_empty() {
                 Ok(Done::Reset(self.table.active().collect()))

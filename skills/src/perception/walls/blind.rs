@@ -18,12 +18,17 @@ const SURE_RANGE_SHARE: f64 = 0.75;
 
 impl WallMatcher {
     /// Whether a scan shows nothing although walls are around: `since` is where the scan has `base_link`, seen from `base_link`
-    /// now; `pose` is `base_link` in `map` now. Real time; little more than a count for a scan with echoes.
-    pub fn is_blind(&mut self, scan: &AlignedScan, since: Pose2, pose: Pose2) -> bool {
+    /// now; `pose` is `base_link` in `map` now. Where it is not known, walls may be anywhere. Real time; little more than a count for a
+    /// scan with echoes.
+    pub fn is_blind(&mut self, scan: &AlignedScan, since: Pose2, pose: Option<Pose2>) -> bool {
         let geometry = scan.geometry();
         let share = |count: usize| count as f64 / geometry.beams as f64;
         let sees = !scan.is_valid() || share(scan.echoes()) > MOST_ECHOES_SHARE;
-        if sees || !since.is_finite() || !pose.is_finite() {
+        if sees {
+            return false;
+        }
+        let Some(pose) = pose else { return true };
+        if !since.is_finite() || !pose.is_finite() {
             return false;
         }
         let eye = pose.compose(since.compose(geometry.mount));

@@ -214,11 +214,14 @@ fn a_scan_of_nothing_is_blind_where_walls_are_and_nowhere_else() {
     let corridor = [side(1.5), side(-1.5)];
     let far = [side(3.5), side(-3.5)];
     let door = [segment(1.0, -0.5, 1.0, 0.5)];
-    let judge = |mapped: &[Segment], standing: &[Segment]| {
+    let judge_at = |mapped: &[Segment], standing: &[Segment], pose: Option<Pose2>| {
         let scan = scan(standing, Pose2::IDENTITY);
         let gains = Navigation::default();
         let mut matcher = WallMatcher::new(&map(mapped), scan.geometry().beams, gains);
-        matcher.is_blind(&scan, Pose2::IDENTITY, Pose2::IDENTITY)
+        matcher.is_blind(&scan, Pose2::IDENTITY, pose)
+    };
+    let judge = |mapped: &[Segment], standing: &[Segment]| {
+        judge_at(mapped, standing, Some(Pose2::IDENTITY))
     };
     assert!(judge(&corridor, &[]));
     // A covered window may still reflect here and there.
@@ -230,4 +233,6 @@ fn a_scan_of_nothing_is_blind_where_walls_are_and_nowhere_else() {
     assert!(!judge(&far, &[]));
     assert!(!judge(&door, &[]));
     assert!(!judge(&[], &[]));
+    // Where it may be anywhere, it may be between walls.
+    assert!(judge_at(&door, &[], None) && !judge_at(&door, &corridor[..1], None));
 }

@@ -1,5 +1,6 @@
 //! The budget of lateness.
 
+use super::super::Budget;
 use super::common::SITE;
 use super::refused::{planned, robot};
 
@@ -41,6 +42,61 @@ fn more_lateness_than_the_tubes_plan_for() {
             key == "tubes.reaction_s" && found.contains(expected),
             "{set}: {found}"
         );
+    }
+}
+
+/// It brakes harder by itself than it is told to, and runs again just before it would.
+#[test]
+fn a_drive_that_hangs_for_less_than_its_watchdog() {
+    let problems = fails_with(&[
+        "drive.unpowered_deceleration_m_s2=8.0",
+        "ethercat.watchdog_ms=220",
+    ]);
+    let [(key, found)] = &problems[..] else {
+        panic!("{problems:?}");
+    };
+    let expected = "when the drive hangs for a moment";
+    assert!(
+        key == "tubes.reaction_s" && found.contains(expected),
+        "{found}"
+    );
+}
+
+#[test]
+fn wheels_that_disobey_and_are_left_without_power_roll_farther() {
+    let coasts = ["drive.emergency_bits=true"];
+    let problems = fails_with(&coasts);
+    let expected = "at most 0.030, half of tubes.by_hand_augment_m, also with the 0.013 that wheels without power roll farther (drive.emergency_bits)";
+    assert_eq!(
+        problems,
+        [("drive.following_error_m".to_owned(), expected.to_owned())]
+    );
+    let soon = [coasts[0], "drive.following_error_m=0.015"];
+    let found = planned(&robot("amr-1", &soon), "some.toml", SITE);
+    assert!(found.is_ok(), "{found:?}");
+}
+
+#[test]
+fn what_people_are_told_of_the_shipped_robot() {
+    let plan = planned(&robot("amr-1", &[]), "some.toml", SITE).expect("valid");
+    let text = Budget::check(&plan).expect("inside").to_string();
+    let lines: Vec<String> = { text.lines() }
+        .map(|line| line.split_whitespace().collect::<Vec<_>>().join(" "))
+        .collect();
+    let begin = [
+        "to a stand from 0.4 m/s, in m and ms",
+        "planned by the tubes 0.120 200 tubes.reaction_s 200 ms, then drive.stop_deceleration_m_s2 2",
+        "nobody hangs 0.078 96 threads.navigation.at_least_ms 50 ms + threads.motion.period_us 5 ms + ",
+        "motion tubes hang 0.118 196 control.command_timeout_ms 150 ms + ",
+        "control hangs 0.096 141 threads.navigation.at_least_ms 50 ms + drive.setpoint_timeout_ms 50 ms + ",
+        "the drive or its bus hangs 0.115 155 threads.navigation.at_least_ms 50 ms + ",
+        "the drive hangs for a moment 0.110 176 threads.navigation.at_least_ms 50 ms + ",
+        "no scan comes 250 lidar.scan_timeout_ms",
+        "wheels do not obey 0.020 drive.following_error_m, of 0.030 ",
+    ];
+    assert_eq!(lines.len(), begin.len(), "{text}");
+    for (line, begin) in lines.iter().zip(begin) {
+        assert!(line.starts_with(begin), "{line}");
     }
 }
 
