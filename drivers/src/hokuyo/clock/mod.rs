@@ -11,7 +11,7 @@
 //! So has a clock that stood still, whose scans look old for ever. A delay that grows by less than clocks drift looks like drift.
 //!
 //! When the device's clock jumps back (it restarted), the 24-bit wrap would put its scans into the future: the mapping
-//! starts again.
+//! starts again. One that does so once more is not restarted but runs too fast, or jumps by itself, and is not to be trusted either.
 //!
 //! Real-time: no allocation, no system call.
 
@@ -37,6 +37,8 @@ const MOST_OFF: u32 = WINDOW as u32;
 const TOGETHER_NS: u64 = 20_000_000;
 /// A scan that seems to arrive this long before it can have been measured: the device's clock jumped.
 const EARLY_NS: i64 = 200 * MS_NS;
+/// A device restarts so often without a new connection.
+const MOST_JUMPS: u32 = 1;
 /// The offset follows drift of no longer a time at once: it was not watched meanwhile.
 const MOST_ELAPSED_MS: u64 = 10_000;
 /// A scan that arrives this long after the smallest delay has waited in a queue.
@@ -78,6 +80,10 @@ pub struct DeviceClock {
     window: [i64; WINDOW],
     filled: usize,
     next: usize,
+    /// How often the device's clock has jumped, up to [`MOST_JUMPS`] and one more,
+    jumps: u32,
+    /// and by how much the last time.
+    jumped_ns: i64,
     /// Scans in a row whose delay differs by more than [`TOLERANCE_NS`],
     off: u32,
     /// and when the last of them arrived that counts.
@@ -104,6 +110,8 @@ impl DeviceClock {
             window: [0; WINDOW],
             filled: 0,
             next: 0,
+            jumps: 0,
+            jumped_ns: 0,
             off: 0,
             off_at_ns: 0,
         }
@@ -117,6 +125,8 @@ impl DeviceClock {
         let mut device_ms = self.unwrap(raw_ms, arrival_ns);
         let jumped = self.has_jumped(sample_ns(device_ms, arrival_ns));
         if jumped {
+            self.jumps = (self.jumps + 1).min(MOST_JUMPS + 1);
+            self.jumped_ns = self.early_ns(sample_ns(device_ms, arrival_ns));
             self.filled = 0;
             self.next = 0;
             self.offset_ns = None;
@@ -175,8 +185,14 @@ impl DeviceClock {
 
     /// Only early scans show a jump: a late one may have waited in a queue, and must not pass for a new one.
     fn has_jumped(&self, sample_ns: i64) -> bool {
+        self.early_ns(sample_ns) < -EARLY_NS
+    }
+
+    /// How much sooner than the soonest a scan arrived, negative; nothing, if nobody knows when that is.
+    fn early_ns(&self, sample_ns: i64) -> i64 {
+        let floor_ns = self.floor_ns.unwrap_or(0);
         self.offset_ns
-            .is_some_and(|offset_ns| sample_ns - offset_ns < self.floor_ns.unwrap_or(0) - EARLY_NS)
+            .map_or(0, |offset_ns| sample_ns - offset_ns - floor_ns)
     }
 
     /// How much longer than the least a scan took to arrive. Scans that nobody read in time say nothing about the smallest
@@ -240,6 +256,11 @@ impl DeviceClock {
         } else if self.off == 0 || arrival_ns >= self.off_at_ns + TOGETHER_NS {
             self.off += 1;
             self.off_at_ns = arrival_ns;
+        }
+        if self.jumps > MOST_JUMPS {
+            return Err(Untrusted {
+                off_ns: self.jumped_ns,
+            });
         }
         if self.off < MOST_OFF {
             Ok(())

@@ -124,6 +124,35 @@ fn a_restart_maps_anew_and_a_stall_does_not() {
     }
 }
 
+/// Its scans seem to come earlier and earlier, and each jump would void the calibration.
+#[test]
+fn a_clock_that_runs_far_too_fast_is_not_trusted_for_long() {
+    let mut device = Device {
+        zero_ms: 1e6,
+        rate: 1.05,
+        noise: 4,
+    };
+    let mut clock = DeviceClock::new(device.bounds(), 71_000_000);
+    let mut jumps = 0;
+    let mut map = |turn: u64| {
+        let at_ns = HOST_0_NS + turn * TURN_MS * 1_000_000;
+        clock.map(device.device_ms(at_ns), at_ns + device.delay_ns())
+    };
+    let distrusted = (0..300).find_map(|turn| match map(turn) {
+        Ok(mapped) => {
+            jumps += u32::from(mapped.jumped);
+            None
+        }
+        Err(untrusted) => Some((turn, untrusted.off_ns)),
+    });
+    let (turn, off_ns) = distrusted.expect("it is not a clock");
+    assert!(
+        jumps == 1 && turn < 200 && off_ns < -100_000_000,
+        "{turn}: {off_ns}"
+    );
+    assert!(map(turn + 1).is_err(), "until it is compared anew");
+}
+
 #[test]
 fn bounds_that_contradict_leave_the_newest() {
     let mut bounds = ClockBounds::default();

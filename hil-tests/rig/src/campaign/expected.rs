@@ -1,5 +1,7 @@
 //! What robots must raise for each kind of fault: without it a kind that does nothing would pass every campaign.
 
+use std::collections::BTreeSet;
+
 use onboard::symbols::faults::Fault;
 
 use super::cases::Case;
@@ -11,7 +13,7 @@ const SAID_WITHIN_S: f64 = 1.0;
 /// What is expected of the runs of a case.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Expected {
-    /// One of these, in one at least of the runs in which it can show.
+    /// One of these, in the runs in which it can show.
     Raised(&'static [Fault], Shows),
     /// Nothing that robots say.
     Nothing(Why),
@@ -24,6 +26,34 @@ pub(super) struct Shows {
     for_s: f64,
     /// and has at least this share, where it has one.
     share: f64,
+    in_runs: In,
+}
+
+/// In how many of the runs in which it can show.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum In {
+    /// In each.
+    Each,
+    /// In one at least: in others the robot stands meanwhile, or is about to.
+    One,
+}
+
+/// A run with one fault, and what robots said.
+#[derive(Clone, Debug)]
+pub(super) struct Said<'a> {
+    pub(super) seed: u64,
+    pub(super) duration_s: f64,
+    pub(super) fault: &'a ScriptedFault,
+    pub(super) raised: BTreeSet<&'a str>,
+}
+
+/// What was not raised.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub(super) struct Missing {
+    /// One of these,
+    pub(super) any_of: &'static [Fault],
+    /// in the runs of these seeds.
+    pub(super) silent: Vec<u64>,
 }
 
 /// Why robots may say nothing of a kind.
@@ -38,15 +68,26 @@ pub(super) enum Why {
 }
 
 const fn after(for_s: f64) -> Shows {
-    Shows { for_s, share: 0.0 }
+    Shows {
+        for_s,
+        share: 0.0,
+        in_runs: In::Each,
+    }
+}
+
+const fn sometimes(shows: Shows) -> Shows {
+    Shows {
+        in_runs: In::One,
+        ..shows
+    }
 }
 
 /// What is expected of a case.
 pub(super) fn expected(case: &Case) -> Expected {
     use Expected::{Nothing, Raised};
     let all = Shows {
-        for_s: 1.0,
         share: 1.0,
+        ..after(1.0)
     };
     match case.what {
         ScriptedKind::Lose => Raised(&[Fault::MediatorSilent], Shows { for_s: 2.0, ..all }),
@@ -78,22 +119,22 @@ pub(super) fn expected(case: &Case) -> Expected {
         ScriptedKind::HotMotor => Raised(&[Fault::DriveFault], after(0.3)),
         ScriptedKind::FreezeSensors => Raised(&[Fault::DriveStalled], after(0.5)),
         ScriptedKind::StickEncoder => Raised(&[Fault::EncoderBroken], after(1.0)),
-        ScriptedKind::JamPivot | ScriptedKind::ReverseMotor => {
-            Raised(&[Fault::WheelsDisobey], after(1.0))
-        }
+        ScriptedKind::ReverseMotor => Raised(&[Fault::WheelsDisobey], after(1.0)),
+        // Straight ahead it is where it should be.
+        ScriptedKind::JamPivot => Raised(&[Fault::WheelsDisobey], sometimes(after(1.0))),
         ScriptedKind::BreakScans => Raised(&[Fault::ScanBroken], all),
         ScriptedKind::Slip => {
             let far = Shows {
-                for_s: 6.0,
                 share: 0.25,
+                ..sometimes(after(6.0))
             };
             Raised(&[Fault::WheelSlip, Fault::WheelsDisobey], far)
         }
         ScriptedKind::AgeScans => {
             // By more than half a second.
             let late = Shows {
-                for_s: 9.0,
                 share: 0.06,
+                ..sometimes(after(9.0))
             };
             Raised(&[Fault::LidarLost, Fault::ScanSilent], late)
         }
@@ -134,22 +175,25 @@ fn hangs(thread: Option<&str>) -> Expected {
 }
 
 impl Expected {
-    /// Which of these a row has not raised, of runs that took so many seconds, each with its fault; none: it has raised one, or need not.
-    pub(super) fn missing<'a>(
-        self,
-        mut runs: impl Iterator<Item = (f64, &'a ScriptedFault)>,
-        raised: &[(String, usize)],
-    ) -> Option<&'static [Fault]> {
+    /// In which of a case's runs nothing was raised that had to be, and what; none: all is as it must be.
+    pub(super) fn missing(self, runs: &[Said<'_>]) -> Option<Missing> {
         let Self::Raised(any_of, shows) = self else {
             return None;
         };
-        let must = runs.any(|(duration_s, fault)| {
+        let must = |run: &&Said<'_>| {
+            let fault = run.fault;
             let share = fault.share.map_or(1.0, f64::abs);
-            let in_time = duration_s >= fault.until_s() + SAID_WITHIN_S;
+            let in_time = run.duration_s >= fault.until_s() + SAID_WITHIN_S;
             fault.for_s >= shows.for_s && share >= shows.share && in_time
-        });
-        let was = |fault: &Fault| raised.iter().any(|(name, _)| name == fault.name());
-        (must && !any_of.iter().any(was)).then_some(any_of)
+        };
+        let is_silent = |run: &&Said<'_>| !any_of.iter().any(|own| run.raised.contains(own.name()));
+        let all = runs.iter().filter(must);
+        let silent: Vec<u64> = all.clone().filter(is_silent).map(|run| run.seed).collect();
+        let enough = match shows.in_runs {
+            In::Each => silent.is_empty(),
+            In::One => silent.is_empty() || silent.len() < all.count(),
+        };
+        (!enough).then_some(Missing { any_of, silent })
     }
 }
 
@@ -168,24 +212,46 @@ mod tests {
                 format!("at_s = 1.0\nfor_s = {for_s:?}\nwhat = \"unplug\"\nrobot = \"amr-1\"");
             toml::from_str::<ScriptedFault>(&text).expect("a fault")
         };
-        let raised = [("lidar-lost".to_owned(), 1)];
-        let missing = |for_s: &[f64], raised: &[(String, usize)]| {
-            let faults: Vec<ScriptedFault> = for_s.iter().map(|for_s| unplug(*for_s)).collect();
-            let runs = faults.iter().map(|fault| (10.0, fault));
-            expected(&case(ScriptedKind::Unplug)).missing(runs, raised)
+        let silent = |what, in_runs, runs: &[(f64, &'static str)]| {
+            let faults: Vec<ScriptedFault> = runs.iter().map(|(for_s, _)| unplug(*for_s)).collect();
+            let said: Vec<Said<'_>> = { faults.iter().zip(runs).zip(1..) }
+                .map(|((fault, (_, raised)), seed)| Said {
+                    seed,
+                    duration_s: 10.0,
+                    fault,
+                    raised: BTreeSet::from([*raised]),
+                })
+                .collect();
+            let expected = match expected(&case(what)) {
+                Expected::Raised(any_of, shows) => {
+                    Expected::Raised(any_of, Shows { in_runs, ..shows })
+                }
+                nothing => nothing,
+            };
+            let missing = expected.missing(&said);
+            missing.map_or(Vec::new(), |missing| missing.silent)
         };
-        assert_eq!(missing(&[0.3, 4.0], &raised), None);
-        assert_eq!(missing(&[0.3], &[]), None, "too short to show");
-        let both = [Fault::LidarLost, Fault::ScanSilent];
-        assert_eq!(missing(&[0.3, 4.0], &[]), Some(&both[..]));
-        let other = [("bus-lost".to_owned(), 3)];
-        assert_eq!(missing(&[4.0], &other), Some(&both[..]));
-        assert_eq!(missing(&[8.5], &[]), None, "the run was over");
-        let reload = expected(&case(ScriptedKind::Reload));
-        assert_eq!(
-            reload.missing([(10.0, &unplug(4.0))].into_iter(), &[]),
-            None
-        );
+        let unplugged =
+            |in_runs, runs: &[(f64, &'static str)]| silent(ScriptedKind::Unplug, in_runs, runs);
+        let none: Vec<u64> = Vec::new();
+        for in_runs in [In::Each, In::One] {
+            assert_eq!(
+                unplugged(in_runs, &[(0.3, ""), (4.0, "lidar-lost")]),
+                none,
+                "too short to show"
+            );
+            assert_eq!(unplugged(in_runs, &[(0.3, ""), (4.0, "")]), [2]);
+            assert_eq!(
+                unplugged(in_runs, &[(4.0, "bus-lost")]),
+                [1],
+                "another fault"
+            );
+            assert_eq!(unplugged(in_runs, &[(8.5, "")]), none, "the run was over");
+        }
+        let some = [(4.0, "scan-silent"), (4.0, "")];
+        assert_eq!(unplugged(In::Each, &some), [2]);
+        assert_eq!(unplugged(In::One, &some), none);
+        assert_eq!(silent(ScriptedKind::Reload, In::Each, &some), none);
     }
 
     #[test]

@@ -8,7 +8,7 @@ use onboard::symbols::faults::Fault;
 use serde::Serialize;
 
 use super::cases::{Case, Moments, MomentsOfSeeds};
-use super::expected::{Expected, expected};
+use super::expected::{Expected, Said, expected};
 use super::shrink::{MOST, Shrunk};
 use super::stepped::{Faults, Setup, runs};
 use crate::machine::Machine;
@@ -69,8 +69,10 @@ struct Row {
     hung: usize,
     /// Faults of the robots' table, and in how many runs they were raised; most first.
     raised: Vec<(String, usize)>,
-    /// Faults of that table of which robots must raise one for this case, and raised none.
+    /// Faults of that table of which robots must raise one for this case, and raised none
     missing: Vec<&'static str>,
+    /// in the runs of these seeds.
+    silent: Vec<u64>,
     elapsed_s: f64,
     /// Runs that were unsafe or hung.
     bad: Vec<BadRun>,
@@ -89,8 +91,8 @@ struct BadRun {
 /// which an interrupted campaign goes on.
 ///
 /// # Errors
-/// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when one was unsafe or hung, or robots never raised what they must
-/// for a case.
+/// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when one was unsafe or hung, or robots did not raise what they
+/// must for a case.
 pub fn faults(
     scenario: &Scenario,
     plans: &Plans,
@@ -147,7 +149,7 @@ pub fn faults(
     match (count(|row| row.dangerous), count(|row| row.hung), unnoticed) {
         (0, 0, 0) => Ok(()),
         (dangerous, hung, unnoticed) => Err(Failure::failed(format_args!(
-            "{dangerous} runs were unsafe, {hung} did not come to their goals; {unnoticed} kinds were never noticed"
+            "{dangerous} runs were unsafe, {hung} did not come to their goals; {unnoticed} kinds were not noticed when they had to be"
         ))),
     }
 }
@@ -196,21 +198,31 @@ impl Campaign<'_> {
         };
         let (summaries, elapsed_s) = runs(self.scenario, self.plans, &setup, self.asked_to_end)?;
         let drawn = { summaries.iter() }
-            .map(|run| Ok((run.duration_s, draw(run.seed)?)))
+            .map(|run| {
+                let raised = self.moments(run.seed)?.raised_besides(run);
+                Ok((run, draw(run.seed)?, raised))
+            })
             .collect::<Result<Vec<_>, Failure>>()?;
-        let each = { drawn.iter() }
-            .flat_map(|(duration_s, faults)| faults.iter().map(move |own| (*duration_s, own)));
-        let raised = self.raised(&summaries)?;
-        let missing = expected.and_then(|own| own.missing(each, &raised));
+        let said: Vec<Said<'_>> = { drawn.iter() }
+            .flat_map(|(run, faults, raised)| {
+                faults.iter().map(|fault| Said {
+                    seed: run.seed,
+                    duration_s: run.duration_s,
+                    fault,
+                    raised: raised.clone(),
+                })
+            })
+            .collect();
+        let missing = expected.and_then(|own| own.missing(&said));
+        let missing = missing.unwrap_or_default();
         let mut row = Row {
             case: case.to_owned(),
             runs: summaries.len(),
             dangerous: 0,
             hung: 0,
-            raised,
-            missing: { missing.into_iter().flatten() }
-                .map(|own| own.name())
-                .collect(),
+            raised: counted(drawn.iter().flat_map(|(_, _, raised)| raised)),
+            missing: missing.any_of.iter().map(|own| own.name()).collect(),
+            silent: missing.silent,
             elapsed_s,
             bad: Vec::new(),
         };
@@ -232,21 +244,6 @@ impl Campaign<'_> {
             .collect();
         row.print();
         Ok(row)
-    }
-
-    /// Faults that robots raised for what went wrong, and in how many runs, most first.
-    fn raised(&self, runs: &[Summary]) -> Result<Vec<(String, usize)>, Failure> {
-        let mut counts = BTreeMap::<&str, usize>::new();
-        for run in runs {
-            for name in self.moments(run.seed)?.raised_besides(run) {
-                *counts.entry(name).or_default() += 1;
-            }
-        }
-        let mut counts: Vec<(String, usize)> = { counts.into_iter() }
-            .map(|(name, count)| (name.to_owned(), count))
-            .collect();
-        counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
-        Ok(counts)
     }
 
     fn report(&self, rows: &[Row]) -> Result<(), Failure> {
@@ -273,6 +270,19 @@ impl Campaign<'_> {
     }
 }
 
+/// How often each is there, most first.
+fn counted<'a>(names: impl Iterator<Item = &'a &'a str>) -> Vec<(String, usize)> {
+    let mut counts = BTreeMap::<&str, usize>::new();
+    for name in names {
+        *counts.entry(name).or_default() += 1;
+    }
+    let mut counts: Vec<(String, usize)> = { counts.into_iter() }
+        .map(|(name, count)| (name.to_owned(), count))
+        .collect();
+    counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
+    counts
+}
+
 impl Row {
     fn print(&self) {
         let raised: Vec<String> = { self.raised.iter().take(MOST_PRINTED) }
@@ -287,7 +297,15 @@ impl Row {
             raised.join(", ")
         );
         if !self.missing.is_empty() {
-            onboard::say!("    never raised: {}", self.missing.join(" or "));
+            let seeds: Vec<String> = { self.silent.iter().take(MOST_PRINTED) }
+                .map(u64::to_string)
+                .collect();
+            onboard::say!(
+                "    {} not raised in {} runs, of seeds {}",
+                self.missing.join(" or "),
+                self.silent.len(),
+                seeds.join(", ")
+            );
         }
         for bad in self.bad.iter().take(MOST) {
             onboard::say!("    {}", bad.reason);

@@ -103,7 +103,7 @@ impl Braking {
             let stop = |from_s, until_s| Stop {
                 fault: fault.what.name(),
                 from_s,
-                until_s,
+                until_s: f64::min(until_s, from_s + stopping.stops_for_s),
                 deceleration_m_s2,
                 speed_m_s: None,
                 driven_s: stopping.after_s.filter(|_| stopping.shows_driving),

@@ -15,6 +15,10 @@ const SERVED_WITHIN_S: f64 = 0.1;
 const BELIEVED_S: f64 = 0.05;
 /// and that its sensors stand still after this.
 const STALLED_S: f64 = 0.2;
+/// Five scans that are the same are none; one more may just have begun to be taken in.
+const FROZEN_S: f64 = 0.6;
+/// A lidar that is connected anew needs so long at least, good scans included.
+const CONNECTED_ANEW_S: f64 = 1.0;
 /// A thread that panics does so within this time: the lidar's waits for a turn of it.
 const PANICS_WITHIN_S: f64 = 0.12;
 /// The Earth's pull, m/s².
@@ -33,6 +37,8 @@ pub struct Stopping {
     pub shows_driving: bool,
     /// Only a process that drove the robot when it began must stop it: one that starts meanwhile never had what hangs.
     pub lost_driving: bool,
+    /// It goes on by itself after so long, though the fault lasts.
+    pub stops_for_s: f64,
     /// A stop for something else begins later by up to this.
     pub delays_s: f64,
     /// The hardest that the robot can brake meanwhile, m/s².
@@ -55,6 +61,7 @@ impl ScriptedFault {
             after_s: None,
             shows_driving: false,
             lost_driving: false,
+            stops_for_s: f64::INFINITY,
             delays_s: 0.0,
             deceleration_m_s2: limits.stop_deceleration_m_s2,
             pull_m_s2: 0.0,
@@ -142,6 +149,11 @@ impl ScriptedFault {
                 ..goes_on
             },
             ScriptedKind::CoverLidar | ScriptedKind::Unplug => by_tubes(unseen_s),
+            // A source that repeats itself is found, and connected anew, after which it may go on.
+            ScriptedKind::FreezeScans => Stopping {
+                stops_for_s: CONNECTED_ANEW_S,
+                ..by_tubes(FROZEN_S + unseen_s)
+            },
             ScriptedKind::Stop => by_tubes(SERVED_WITHIN_S),
             ScriptedKind::Pause => Stopping {
                 deceleration_m_s2: limits.deceleration_m_s2,
