@@ -7,7 +7,8 @@ use rustix::mm::{MlockAllFlags, mlockall};
 use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CapabilitySet, capabilities};
 
-/// Stack of each thread that begins before memory is populated: all of it is resident from then on.
+/// Stack of each thread. Of those that begin before memory is populated all of it is resident from then on; a real-time thread
+/// begins later, and touches [`PREFAULTED_STACK`] of it itself.
 pub const STACK_BYTES: usize = 1 << 20;
 /// Stack that a real-time thread touches before it is promoted.
 const PREFAULTED_STACK: usize = 128 * 1024;

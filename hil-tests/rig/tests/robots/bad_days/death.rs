@@ -4,9 +4,12 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::os::unix::net::UnixDatagram;
 use std::process::{Child, Stdio};
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process};
+use nix::sys::ptrace;
+use nix::sys::wait::{WaitPidFlag, waitpid};
+use nix::unistd::Pid;
+use rustix::process::{Signal, kill_process};
 use sim::rt::monotonic_ns;
 
 use crate::bad_days::bench::Bench;
@@ -171,7 +174,7 @@ fn a_log_that_nobody_takes_holds_up_nothing() {
         bench.is_stopped(Duration::from_millis(250), |bench| bench.ask("stop"));
         bench.ask("reset");
         bench.until_driving();
-        let pid = Pid::from_child(&robot.0);
+        let pid = rustix::process::Pid::from_child(&robot.0);
         bench.is_stopped(Duration::from_millis(250), |_| {
             kill_process(pid, Signal::TERM).expect("it runs");
         });
@@ -220,7 +223,7 @@ fn a_service_manager_hears_that_it_is_ready_lives_stands_and_ends() {
         let status = "STATUS=stopped: operator-stop";
         bench.until(status, Duration::from_secs(5), |_| hears(status, &mut said));
         // A program that is held up does not live.
-        let pid = Pid::from_child(&robot.0);
+        let pid = rustix::process::Pid::from_child(&robot.0);
         kill_process(pid, Signal::STOP).expect("it runs");
         // What it was saying when the signal came is said.
         std::thread::sleep(Duration::from_millis(300));
@@ -239,6 +242,70 @@ fn a_service_manager_hears_that_it_is_ready_lives_stands_and_ends() {
         });
         assert!(robot.0.wait().expect("ended").success());
     });
+}
+
+/// Only this one: its program goes on, and so do those who watch it from the inside.
+#[test]
+fn a_service_manager_hears_no_more_of_a_program_with_a_thread_that_hangs() {
+    once_more_if_late(|| {
+        let mut bench = Bench::new();
+        let place = bench.path("notify");
+        let socket = UnixDatagram::bind(&place).expect("a socket");
+        socket.set_nonblocking(true).expect("a socket");
+        let lives = || heard(&socket).iter().any(|line| line == "WATCHDOG=1");
+        let mut command = bench.command(&bench.robot_file());
+        command
+            .env("NOTIFY_SOCKET", &place)
+            .env("WATCHDOG_USEC", "2000000")
+            .stderr(Stdio::null());
+        let mut robot = Running(command.spawn().expect("it starts"));
+        bench.until("it drives", Duration::from_secs(20), |bench| {
+            bench.truth().twist.v_m_s > 0.1
+        });
+        assert!(lives());
+        let held = HeldThread::of(robot.0.id(), "navigation");
+        let mut last_life = Instant::now();
+        bench.until("silence", Duration::from_secs(15), |_| {
+            if lives() {
+                last_life = Instant::now();
+            }
+            last_life.elapsed() > Duration::from_secs(3)
+        });
+        bench.until_standing(SURELY_STANDS);
+        drop(held);
+        bench.until("a sign of life", Duration::from_secs(5), |_| lives());
+        let pid = rustix::process::Pid::from_child(&robot.0);
+        kill_process(pid, Signal::TERM).expect("it runs");
+        assert!(robot.0.wait().expect("ended").success());
+    });
+}
+
+/// A thread that does not run, while the others of its process do.
+struct HeldThread(Pid);
+
+impl HeldThread {
+    fn of(process: u32, name: &str) -> Self {
+        let tasks = fs::read_dir(format!("/proc/{process}/task")).expect("it runs");
+        let is_it = |task: &fs::DirEntry| {
+            let comm = fs::read_to_string(task.path().join("comm"));
+            comm.is_ok_and(|comm| comm.trim() == name)
+        };
+        let task = { tasks.flatten() }.find(is_it);
+        let number = task.expect("it has such a thread").file_name();
+        let thread = Pid::from_raw(number.to_string_lossy().parse().expect("a number"));
+        ptrace::seize(thread, ptrace::Options::empty()).expect("ours");
+        let held = Self(thread);
+        ptrace::interrupt(thread).expect("it runs");
+        waitpid(thread, Some(WaitPidFlag::__WALL)).expect("it stops");
+        held
+    }
+}
+
+impl Drop for HeldThread {
+    /// A process whose thread is held cannot be waited for.
+    fn drop(&mut self) {
+        let _ = ptrace::detach(self.0, None);
+    }
 }
 
 #[test]
