@@ -195,7 +195,7 @@ impl Thread {
 
 /// For how many seconds a thread may have no cycle before its activities run: that of the drive brings its bus up, that of the lidar
 /// connects it.
-fn patience_s(robot: &RobotConfig, thread: &ThreadConfig) -> u32 {
+pub(crate) fn patience_s(robot: &RobotConfig, thread: &ThreadConfig) -> u32 {
     let most = |kind: &ActivityKind| match kind {
         ActivityKind::Drive => robot.ethercat.bring_up_s.ceil() as u32,
         ActivityKind::Lidar => Options::default().connect_timeout.as_secs() as u32,

@@ -1,6 +1,7 @@
 use std::path::PathBuf;
 
 use description::geometry::{MotionCommand, Twist2};
+use description::threads::{ActivityKind, ThreadConfig};
 use skills::borders::AreaSet;
 use skills::navigator::{NavigationInput, NavigationOutput, Navigator};
 use skills::odometry::Odometry;
@@ -8,6 +9,7 @@ use skills::odometry::Odometry;
 use super::*;
 use crate::composition::failure::Failure;
 use crate::composition::files::Files;
+use crate::process::overruns::patience_s;
 
 mod budget;
 /// Broken files and what must be said about them, as for the loader's own tests.
@@ -42,6 +44,17 @@ fn refusal(files: &Files) -> String {
 /// Long lines are broken anywhere.
 fn squeezed(text: &str) -> String {
     text.replace([' ', '\n', '│'], "")
+}
+
+/// A drive that is slow to come up is no fault of a robot whose file says so, nor a thread that hangs.
+#[test]
+fn how_long_a_bring_up_may_take_is_its_files_to_say() {
+    let plan = plan("corridor", &["ethercat.bring_up_s=7.5"]);
+    let timeout = plan.drive_settings().bring_up.timeout;
+    assert_eq!(timeout, std::time::Duration::from_millis(7500));
+    let drives = |thread: &&ThreadConfig| thread.activities.contains(&ActivityKind::Drive);
+    let thread = plan.robot.threads.iter().find(drives).expect("it has one");
+    assert_eq!(patience_s(&plan.robot, thread), 8 + 1);
 }
 
 #[test]
