@@ -93,7 +93,7 @@ pub struct RobotRecord {
     pub absent: bool,
 }
 
-/// A process that was found beside the one that speaks for its robot, as the journal knows it.
+/// A process beside the one that speaks for its robot, or that was refused alone, as the journal knows it.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SecondRecord {
@@ -102,6 +102,9 @@ pub struct SecondRecord {
     /// Number of a report that it has sent: older ones say nothing of where it is.
     #[serde(default)]
     pub sequence: u64,
+    /// It was refused while none that speaks for the robot was heard: a new one that is taken in is its next process.
+    #[serde(default, skip_serializing_if = "std::ops::Not::not")]
+    pub alone: bool,
     /// Areas that its body was last known to reach into.
     pub stands_in: Vec<String>,
 }

@@ -28,6 +28,7 @@ fn entries() -> Vec<Entry> {
                 seconds: vec![SecondRecord {
                     boot_epoch: 3,
                     sequence: 9,
+                    alone: true,
                     stands_in: vec!["2".into()],
                 }],
                 stands_in: vec!["1".into(), "2".into()],

@@ -75,9 +75,9 @@ pub enum Alarm {
     /// No report for too long.
     #[error("robot `{robot}` is silent; blocked until it is back or cleared: {areas}")]
     Silent { robot: String, areas: String },
-    /// The same of a process that was found beside the one that speaks for the robot.
+    /// The same of a process that was found beside the one that speaks for the robot, or that was refused while none was heard.
     #[error(
-        "a second process of robot `{robot}` is silent; blocked until it is heard elsewhere, or somebody has looked and says that no such body is there (`mediator clear AREA --taken-away`), as where it was restarted and is the robot that is heard there now: {areas}"
+        "a second process of robot `{robot}`, or one that was refused, is silent; blocked until it is heard elsewhere, or somebody has looked and says that no such body is there (`mediator clear AREA --taken-away`), as where it was restarted and is the robot that is heard there now: {areas}"
     )]
     SilentSecond { robot: String, areas: String },
     /// What an operator has said of it before this start counts.

@@ -184,22 +184,25 @@ impl Manager {
         }
         let effects = &mut self.effects;
         let recognised = (self.sessions).recognise(robot, report, ours, now_ns, effects);
-        if recognised.promoted {
-            self.areas.promote_second(robot, report.boot_epoch);
-        }
+        let speaks = recognised.promoted || recognised.counts;
+        let frees = speaks && {
+            let (boot_epoch, is_new) = (report.boot_epoch, recognised.promoted);
+            self.areas.promote_second(robot, boot_epoch, is_new)
+        };
         if recognised.promoted || self.sessions.is_awaited(robot) {
             // Nothing was granted since: wherever it is, it was before.
             self.areas.forget_place(robot);
         }
-        if recognised.changed {
+        if recognised.changed || frees {
             self.store_robot(robot);
         }
         if !recognised.counts {
-            if self.sessions.may_be_second(robot, report) {
-                self.hold_for_second(robot, report, now_ns);
+            let alone = news && !self.sessions.is_heard(robot);
+            let refused = alone && self.sessions.robot(robot).refuses(report.boot_epoch);
+            if refused || self.sessions.may_be_second(robot, report) {
+                self.hold_for_second(robot, report, refused, now_ns);
             }
-            if news && self.may_stand_elsewhere(robot, report) && self.areas.suspect(robot, report)
-            {
+            if alone && !refused && self.may_stand_there(robot, report) {
                 self.store_robot(robot);
             }
             return;
@@ -253,11 +256,11 @@ impl Manager {
         areas.take_in(robot, report, heard, now_ns, reservations, effects)
     }
 
-    /// The report is of a process that does not speak for the robot yet, or is not taken in, while none that does is heard. Where
-    /// one that speaks for it is, the journal knows.
-    fn may_stand_elsewhere(&self, robot: usize, report: &RobotReport) -> bool {
-        let session = self.sessions.robot(robot);
-        !session.is_heard() && !session.is_of(report.boot_epoch)
+    /// The report is of a process that does not speak for the robot yet, while none that does is heard. Where one that speaks for it
+    /// is, the journal knows. Returns whether the journal must know this, too.
+    fn may_stand_there(&mut self, robot: usize, report: &RobotReport) -> bool {
+        let speaks = self.sessions.robot(robot).is_of(report.boot_epoch);
+        !speaks && self.areas.suspect(robot, report)
     }
 
     /// Orders and grants what can be; nothing while another mediator goes on.
@@ -282,6 +285,7 @@ impl Manager {
                     .map(|found| SecondRecord {
                         boot_epoch: found.process,
                         sequence: found.sequence,
+                        alone: found.alone,
                         stands_in: { found.areas.into_iter() }
                             .map(|area| self.names.area_id(area))
                             .collect(),

@@ -3,22 +3,36 @@
 use contract::wire::RobotReport;
 
 use super::alarm::Alarm;
+use super::areas::Known;
 use super::names::second_of;
 use super::routing::Manager;
 
 impl Manager {
     /// The report is of a process that does not speak for the robot: wherever it stands, nobody is let in.
-    pub(super) fn hold_for_second(&mut self, robot: usize, report: &RobotReport, now_ns: u64) {
+    /// `alone`: none that does is heard, and this one is refused.
+    pub(super) fn hold_for_second(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        alone: bool,
+        now_ns: u64,
+    ) {
         if report.site != self.names.site {
             return;
         }
         let session = self.sessions.robot(robot);
-        let is_found = session.was_found(report.boot_epoch);
+        let known = if session.was_found(report.boot_epoch) {
+            Known::Found
+        } else if alone {
+            Known::Alone
+        } else {
+            Known::Nothing
+        };
         // One that was found before never speaks for the robot, whoever is heard: it stays another body.
         let speaks = session.is_alive(now_ns) || session.is_heard();
         let beside = speaks || session.is_retired(report.boot_epoch);
         let until_ns = self.sessions.heard_until_ns(now_ns);
-        if (self.areas).hold_for_second(robot, report, (is_found, beside), until_ns) {
+        if (self.areas).hold_for_second(robot, report, (known, beside), until_ns) {
             self.store_robot(robot);
         }
     }
@@ -26,7 +40,7 @@ impl Manager {
     /// Robots follow another mediator, so nobody is taken in here. Where those are that were found is known when this one goes on.
     pub(super) fn stand_by(&mut self, robot: usize, report: &RobotReport, now_ns: u64) {
         if self.sessions.robot(robot).was_found(report.boot_epoch) {
-            self.hold_for_second(robot, report, now_ns);
+            self.hold_for_second(robot, report, false, now_ns);
         }
         self.sessions.stand_by(report);
     }

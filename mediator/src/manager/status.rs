@@ -21,7 +21,7 @@ pub struct AreaStatus {
     pub holders: Vec<(String, u64)>,
     /// Robots that are in it without holding it, or were when they fell silent.
     pub standing: Vec<String>,
-    /// Robots of which a second process is in it, or was when it fell silent.
+    /// Robots of which a process is in it that does not speak for them, or was when it fell silent.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub seconds: Vec<String>,
     /// Robots for which a coordination keeps it.

@@ -41,6 +41,13 @@ fn on_a_known_floor() -> (Manager, Robots) {
     (manager, robots)
 }
 
+/// All talk, once in each of these rounds.
+fn rounds(manager: &mut Manager, robots: &mut Robots, rounds: std::ops::Range<u64>) {
+    for round in rounds {
+        talk(manager, robots, NOW_NS + round * STEP_NS);
+    }
+}
+
 fn stands_in(area: &str) -> Situation {
     Situation {
         located: true,
@@ -88,11 +95,6 @@ fn each_of_several_is_in_the_way() {
 fn one_that_was_found_before_and_comes_back_is_in_the_way_again() {
     let (mut manager, mut robots) = asked_for();
     robots[0].1.wanted.clear();
-    let rounds = |manager: &mut Manager, robots: &mut Robots, rounds: std::ops::Range<u64>| {
-        for round in rounds {
-            talk(manager, robots, NOW_NS + round * STEP_NS);
-        }
-    };
     robots.push(clone_of_the_second(8, AREA));
     rounds(&mut manager, &mut robots, 0..30);
     let first = robots.pop().expect("the clone");
@@ -424,11 +426,6 @@ fn one_that_is_restarted_where_it_was_found_is_told_what_blocks_it() {
     let (mut manager, mut robots) = asked_for();
     robots[0].1.wanted.clear();
     robots.push(clone_of_the_second(8, AREA));
-    let rounds = |manager: &mut Manager, robots: &mut Robots, rounds: std::ops::Range<u64>| {
-        for round in rounds {
-            talk(manager, robots, NOW_NS + round * STEP_NS);
-        }
-    };
     rounds(&mut manager, &mut robots, 0..30);
     robots.pop();
     robots[1] = clone_of_the_second(9, AREA);
@@ -491,32 +488,28 @@ fn one_that_has_lost_its_pose_is_heard_where_it_was_found() {
     assert_eq!(manager.status(now_ns).robots[1].second_in, [AREA]);
 }
 
-/// Somebody pushes it just before it is known to be another body.
+/// Somebody pushes it before it is known to be another body.
 #[test]
 fn one_that_loses_its_pose_before_it_is_found_is_where_it_was() {
-    let mut stored = begun(1);
-    let (mut manager, mut robots) = asked_for();
-    robots[0].1.wanted.clear();
-    robots[2].1.wanted.clear();
-    robots.push(clone_of_the_second(8, AREA));
-    for round in 0..14 {
-        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
+    for lost_in in [5, 9, 14] {
+        let mut stored = begun(1);
+        let (mut manager, mut robots) = asked_for();
+        robots[0].1.wanted.clear();
+        robots[2].1.wanted.clear();
+        robots.push(clone_of_the_second(8, AREA));
+        rounds(&mut manager, &mut robots, 0..lost_in);
+        assert_eq!(manager.alarms().count(), 0, "not found yet");
+        robots[3].1.located = false;
+        rounds(&mut manager, &mut robots, lost_in..30);
+        robots.pop();
+        robots[0].1.wanted = vec![AREA.to_owned()];
+        rounds(&mut manager, &mut robots, 30..50);
+        assert!(!robots[0].0.holds(AREA), "lost in round {lost_in}");
+        manager.entries().for_each(|entry| stored.apply(entry));
+        let started_ns = NOW_NS + 50 * STEP_NS;
+        let status = start(&stored, 51, started_ns).status(started_ns);
+        assert_eq!(status.robots[1].second_in, [AREA]);
     }
-    assert_eq!(manager.alarms().count(), 0, "not found yet");
-    robots[3].1.located = false;
-    for round in 14..30 {
-        talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
-    }
-    robots.pop();
-    robots[0].1.wanted = vec![AREA.to_owned()];
-    for round in 30..50 {
-        let status = talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
-        assert!(!robots[0].0.holds(AREA), "{round}: {status:?}");
-    }
-    manager.entries().for_each(|entry| stored.apply(entry));
-    let started_ns = NOW_NS + 50 * STEP_NS;
-    let status = start(&stored, 51, started_ns).status(started_ns);
-    assert_eq!(status.robots[1].second_in, [AREA]);
 }
 
 /// A report from before it was pushed comes after the mediator has started.
@@ -669,6 +662,117 @@ fn one_that_is_refused_while_nobody_speaks_for_its_robot_is_in_the_way() {
         talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
     }
     assert!(robots[0].0.holds(AREA), "it has left");
+}
+
+/// It was a copied image after all: the robot, whose link was cut meanwhile, is heard again from where it was.
+#[test]
+fn one_that_was_refused_alone_is_in_the_way_when_the_first_one_is_back() {
+    let mut stored = begun(1);
+    let (mut manager, mut robots) = on_a_known_floor();
+    let first = robots.remove(1);
+    let (clone, situation) = clone_of_the_second(8, AREA);
+    robots.push((clone.on(floor(4.0)), situation));
+    rounds(&mut manager, &mut robots, 0..30);
+    robots.pop();
+    rounds(&mut manager, &mut robots, 30..40);
+    let alarms: Vec<Alarm> = manager.alarms().collect();
+    let told = |alarm: &Alarm| matches!(alarm, Alarm::SilentSecond { areas, .. } if areas == AREA);
+    assert!(alarms.iter().any(told), "{alarms:?}");
+    robots.push(first);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    rounds(&mut manager, &mut robots, 40..60);
+    assert!(!robots[0].0.holds(AREA));
+    manager.entries().for_each(|entry| stored.apply(entry));
+    let started_ns = NOW_NS + 60 * STEP_NS;
+    let status = start(&stored, 51, started_ns).status(started_ns);
+    assert_eq!(status.robots[1].second_in, [AREA]);
+    let now_ns = NOW_NS + 60 * STEP_NS;
+    assert!(manager.clear(AREA, true, now_ns).is_ok());
+    rounds(&mut manager, &mut robots, 60..62);
+    assert!(robots[0].0.holds(AREA));
+}
+
+/// It is pushed out of one area into another, and is one body.
+#[test]
+fn one_that_is_refused_alone_is_where_it_says_that_it_is() {
+    let (mut manager, mut robots) = on_a_known_floor();
+    let (restarted, situation) = clone_of_the_second(8, AREA);
+    robots[1] = (restarted.on(floor(4.0)), situation);
+    rounds(&mut manager, &mut robots, 0..10);
+    robots[1].1 = stands_in("yard");
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    robots[2].1.wanted = vec!["yard".to_owned()];
+    rounds(&mut manager, &mut robots, 10..30);
+    assert!(robots[0].0.holds(AREA) && !robots[2].0.holds("yard"));
+    let status = manager.status(NOW_NS + 30 * STEP_NS);
+    assert_eq!(status.robots[1].second_in, ["yard"]);
+}
+
+/// The floor's file is another one since it was taken in, by this mediator or the one before.
+#[test]
+fn one_that_was_taken_in_and_is_refused_then_is_in_the_way() {
+    for restarts in [false, true] {
+        let mut stored = begun(1);
+        let (mut manager, mut robots) = on_a_known_floor();
+        manager.entries().for_each(|entry| stored.apply(entry));
+        let (mut began, mut from_ns) = (0, NOW_NS);
+        if restarts {
+            let setup = Setup {
+                floor: floor(3.0),
+                ..setup()
+            };
+            from_ns = NOW_NS + STEP_NS;
+            began = 1;
+            manager = Manager::new(&setup, &stored, from_ns).expect("valid");
+        }
+        let (client, _) = robots.remove(1);
+        robots.push((client.on(floor(4.0)), stands_in(AREA)));
+        rounds(&mut manager, &mut robots, began..20);
+        robots[0].1.wanted = vec![AREA.to_owned()];
+        rounds(&mut manager, &mut robots, 20..40);
+        assert!(!robots[0].0.holds(AREA), "{restarts} {from_ns}");
+        robots.pop();
+        rounds(&mut manager, &mut robots, 40..80);
+        assert!(!robots[0].0.holds(AREA), "{restarts}");
+        let absent = manager.absent("amr-2", false, NOW_NS + 80 * STEP_NS);
+        assert!(
+            matches!(absent, Err(AbsentError::Inside { .. })),
+            "{absent:?}"
+        );
+    }
+}
+
+/// Its grant is of the mediator before. Somebody stands in the area now, and somebody else is switched off.
+#[test]
+fn a_grant_that_was_not_used_is_taken_back_also_while_somebody_is_awaited() {
+    for (who, first) in [(1, true), (1, false), (3, true)] {
+        let mut stored = begun(1);
+        let (mut manager, mut robots) = asked_for();
+        robots[2].1.wanted.clear();
+        rounds(&mut manager, &mut robots, 0..5);
+        assert!(robots[0].0.holds(AREA));
+        manager.entries().for_each(|entry| stored.apply(entry));
+        robots.pop();
+        if who == 3 {
+            robots.push(clone_of_the_second(8, AREA));
+        } else {
+            robots[1].1 = stands_in(AREA);
+        }
+        if first {
+            let last = robots.len() - 1;
+            robots.rotate_right(last);
+        }
+        let mut manager = start(&stored, 51, NOW_NS + 5 * STEP_NS);
+        rounds(&mut manager, &mut robots, 5..20);
+        let status = manager.status(NOW_NS + 20 * STEP_NS);
+        assert_eq!(status.awaited, ["amr-3"]);
+        assert!(
+            manager.counters().revocations > 0,
+            "{who} {first}: {status:?}"
+        );
+        let own = robots.iter().find(|(client, _)| client.holds(AREA));
+        assert!(own.is_none(), "{who} {first}: {status:?}");
+    }
 }
 
 /// It understands nothing that it is told, and so repeats nothing.

@@ -95,8 +95,9 @@ pub(super) fn expected(case: &Case) -> Expected {
         | ScriptedKind::KillMediator
         | ScriptedKind::RebootMediator
         | ScriptedKind::HangMediator
-        | ScriptedKind::LoseJournal
-        | ScriptedKind::FullDisk => Raised(&[Fault::MediatorSilent], after(2.5)),
+        | ScriptedKind::LoseJournal => Raised(&[Fault::MediatorSilent], after(2.5)),
+        // Unless there is nothing to write meanwhile.
+        ScriptedKind::FullDisk => Raised(&[Fault::MediatorSilent], sometimes(after(2.5))),
         // It lasts until the robot opens another session.
         ScriptedKind::DeadLink => Raised(&[Fault::MediatorSilent], after(0.0)),
         ScriptedKind::SecondMediator | ScriptedKind::CopiedMediator => {
@@ -118,7 +119,8 @@ pub(super) fn expected(case: &Case) -> Expected {
         ScriptedKind::LowVoltage => Raised(&[Fault::BusVoltage], after(0.3)),
         ScriptedKind::HotMotor => Raised(&[Fault::DriveFault], after(0.3)),
         ScriptedKind::FreezeSensors => Raised(&[Fault::DriveStalled], after(0.5)),
-        ScriptedKind::StickEncoder => Raised(&[Fault::EncoderBroken], after(1.0)),
+        // Whichever shows first stops it.
+        ScriptedKind::StickEncoder => Raised(&[Fault::EncoderBroken, Fault::WheelSlip], after(1.0)),
         ScriptedKind::ReverseMotor => Raised(&[Fault::WheelsDisobey], after(1.0)),
         // Straight ahead it is where it should be.
         ScriptedKind::JamPivot => Raised(&[Fault::WheelsDisobey], sometimes(after(1.0))),

@@ -132,13 +132,19 @@ impl Areas {
         effects: &mut Effects,
     ) {
         let capacity = self.areas[area].capacity;
-        // As long as somebody has not reported, it may have left: nothing is granted anyway.
         let is_known = sessions.awaited().is_empty();
         let bodies = inside.iter().map(|&robot| {
             let own = &self.robots[robot];
-            usize::from(own.may_be_or_come_in(area)) + own.seconds.bodies(area)
+            // As long as somebody has not reported, where one stands is a guess of before the start. What others were granted before
+            // it they may still use.
+            let is_in = if is_known {
+                own.may_be_or_come_in(area)
+            } else {
+                own.is_or_will_be_in(area)
+            };
+            usize::from(is_in) + own.seconds.bodies(area)
         });
-        let crowded = is_known && bodies.sum::<usize>() > capacity as usize;
+        let crowded = bodies.sum::<usize>() > capacity as usize;
         let inside: Vec<usize> = { inside.iter().copied() }
             .filter(|&robot| self.robots[robot].is_or_will_be_in(area))
             .collect();

@@ -28,6 +28,7 @@ mod table;
 mod takeover;
 
 pub(crate) use reservations::{Reservations, Reserved};
+pub(crate) use seconds::Known;
 pub(crate) use table::Areas;
 
 #[cfg(test)]

@@ -9,7 +9,7 @@ use super::claim::Claim;
 use super::revocation::Revocation;
 use super::seconds::Found;
 use super::table::Areas;
-use crate::journal::Stored;
+use crate::journal::{SecondRecord, Stored};
 use crate::manager::error::RestoreError;
 use crate::manager::names::Names;
 use crate::setup::Setup;
@@ -60,6 +60,7 @@ impl Areas {
                 let found = Found {
                     process: second.boot_epoch,
                     sequence: second.sequence,
+                    alone: second.alone,
                     areas: stands_in,
                 };
                 // As long as the process has that speaks for the robot.
@@ -145,7 +146,8 @@ fn gone_for_good<'a>(areas: &Areas, stored: &'a Stored) -> BTreeSet<&'a str> {
         })
     };
     let robots = { stored.robots.iter() }.filter(|(id, record)| {
-        let stands = !record.stands_in.is_empty() || !record.seconds.is_empty();
+        let is_somewhere = |second: &SecondRecord| !second.stands_in.is_empty();
+        let stands = !record.stands_in.is_empty() || record.seconds.iter().any(is_somewhere);
         let nowhere = record.absent && !stands && !has(id);
         areas.names.robot(id).is_none() && (record.session == 0 || nowhere)
     });

@@ -6,7 +6,7 @@ use contract::wire::{Access, RobotReport};
 
 use super::claim::Claim;
 use super::revocation::Revocation;
-use super::seconds::Said;
+use super::seconds::{Known, Said};
 use super::table::Areas;
 use crate::journal::Entry;
 use crate::manager::alarm::{Alarm, BadReport};
@@ -130,13 +130,13 @@ impl Areas {
         &mut self,
         robot: usize,
         report: &RobotReport,
-        (is_found, beside): (bool, bool),
+        (known, beside): (Known, bool),
         until_ns: u64,
     ) -> bool {
         let occupant = &mut self.robots[robot];
         if !report.located {
             let (process, sequence) = (report.boot_epoch, report.sequence);
-            return (occupant.seconds).hear(process, sequence, is_found, until_ns);
+            return (occupant.seconds).hear(process, sequence, known, until_ns);
         }
         let mut areas: Vec<usize> = { report.stands_in.iter() }
             .filter_map(|id| self.names.area(id))
@@ -150,7 +150,7 @@ impl Areas {
         let change = occupant.seconds.take_in(&Said {
             process: report.boot_epoch,
             sequence: report.sequence,
-            is_found,
+            known,
             areas: &areas,
             until_ns,
         });
@@ -183,10 +183,12 @@ impl Areas {
         left
     }
 
-    /// A second process speaks for the robot from now on: it is not in its own way.
-    pub(crate) fn promote_second(&mut self, robot: usize, boot_epoch: u64) {
-        let areas = self.robots[robot].seconds.promote(boot_epoch);
+    /// A process speaks for the robot from now on: it is not in its own way, nor, if it is new, is one before it that was refused.
+    /// Returns whether the journal must know.
+    pub(crate) fn promote_second(&mut self, robot: usize, boot_epoch: u64, is_new: bool) -> bool {
+        let areas = self.robots[robot].seconds.promote(boot_epoch, is_new);
         self.free_of_seconds(robot, &areas);
+        !areas.is_empty()
     }
 
     fn free_of_seconds(&mut self, robot: usize, areas: &[usize]) {

@@ -362,6 +362,11 @@ impl Session {
         refused.map_or("", |(_, why)| why)
     }
 
+    /// That process is refused, and has not spoken for the robot before another one: it may be the robot's next one.
+    pub(crate) fn refuses(&self, boot_epoch: u64) -> bool {
+        !self.refusal(boot_epoch).is_empty() && !self.is_retired(boot_epoch)
+    }
+
     /// It reports, so that it can use a grant.
     pub(crate) fn is_heard(&self) -> bool {
         self.registered && !self.silent

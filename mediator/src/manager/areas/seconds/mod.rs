@@ -3,10 +3,14 @@
 //! Several may run at once, and come and go: what one of them says ends no hold of another. One that may be a restart, or somebody's
 //! late words, holds an area from its last report of standing there until a process counts as silent. One that was *found* beside the
 //! one that speaks for the robot is another body: it holds what it was last heard to stand in until it is heard elsewhere, or people
-//! say that it was taken away. Silent is not gone.
+//! say that it was taken away. Silent is not gone. So does one that was refused *alone*, while none that speaks for the robot was
+//! heard, until a new one is taken in, which is taken for its next process.
 
 /// More processes of one robot than this are not told from each other. A holder of the robot's certificate can invent any number.
 const PROCESSES: usize = 8;
+
+/// No process sends so many reports that nobody hears, in a century.
+const MOST_REPORTS: u64 = 1 << 40;
 
 /// All beyond [`PROCESSES`] together; none has that boot epoch. Where one of them is found, people say when nobody is there any more.
 const OTHERS: u64 = 0;
@@ -31,12 +35,34 @@ struct Second {
     /// Of its newest report.
     sequence: u64,
     is_found: bool,
+    /// It was refused while none that speaks for the robot was heard.
+    alone: bool,
     holds: Vec<Hold>,
 }
 
 impl Second {
     fn is_in(&self, area: usize) -> bool {
         self.holds.iter().any(|own| own.area == area)
+    }
+
+    /// What else is known of it. Returns whether it is there, too, when it is silent.
+    fn note(&mut self, known: Known) -> bool {
+        match known {
+            Known::Nothing => {}
+            Known::Alone => self.alone |= !self.is_found,
+            Known::Found => self.alone = false,
+        }
+        self.is_found |= known != Known::Nothing;
+        self.is_found
+    }
+
+    /// It has sent a report of that number. Returns whether it is its newest.
+    fn has_sent(&mut self, sequence: u64) -> bool {
+        let is_newest = sequence > self.sequence;
+        if is_newest && sequence <= self.sequence.saturating_add(MOST_REPORTS) {
+            self.sequence = sequence;
+        }
+        is_newest
     }
 
     /// Its body stands there. Returns whether that is news, to others or to the journal.
@@ -60,6 +86,17 @@ impl Second {
     }
 }
 
+/// What is known of such a process.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Known {
+    /// It may be the robot's next process, or late words of one that is gone.
+    Nothing,
+    /// None that speaks for the robot is heard, and this one is refused: for all that is known it is the robot.
+    Alone,
+    /// It was found beside the one that speaks for the robot: it is another body.
+    Found,
+}
+
 /// What a report of such a process says of where it stands.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Said<'a> {
@@ -67,8 +104,8 @@ pub(crate) struct Said<'a> {
     pub(crate) process: u64,
     /// Of the report.
     pub(crate) sequence: u64,
-    /// It was found beside the one that speaks for the robot.
-    pub(crate) is_found: bool,
+    /// It is there, too, when it is silent.
+    pub(crate) known: Known,
     /// Where its body stands.
     pub(crate) areas: &'a [usize],
     /// Until then it counts as heard.
@@ -82,6 +119,8 @@ pub(crate) struct Found {
     pub(crate) process: u64,
     /// Of a report that it has sent: older ones say nothing of where it is.
     pub(crate) sequence: u64,
+    /// It was refused while none that speaks for the robot was heard.
+    pub(crate) alone: bool,
     /// Where it stands, for all that is known.
     pub(crate) areas: Vec<usize>,
 }
@@ -106,6 +145,7 @@ impl Seconds {
         let own = &mut self.0[place];
         own.is_found = found.process != OTHERS;
         own.sequence = found.sequence;
+        own.alone = found.alone;
         let hold = |area| Hold {
             area,
             heard_until_ns: until_ns,
@@ -115,34 +155,35 @@ impl Seconds {
         own.holds = found.areas.into_iter().map(hold).collect();
     }
 
-    /// A process that does not know where it is any more is heard: one that was found is where it was. Returns whether one is
-    /// found now, which the journal must know.
+    /// A process that does not know where it is any more is heard: it is where it was. Returns whether one is found now, which the
+    /// journal must know.
     pub(super) fn hear(
         &mut self,
         process: u64,
         sequence: u64,
-        is_found: bool,
+        known: Known,
         until_ns: u64,
     ) -> bool {
+        let is_found = known != Known::Nothing;
         let own = self.find(process);
         // Where one was that is not told from others nobody knows: in all areas of these, then.
         let Some(place) = own.or_else(|| self.find(OTHERS).filter(|_| is_found)) else {
             return false;
         };
         let own = &mut self.0[place];
+        let mut is_found = is_found;
         if own.process != OTHERS {
-            own.is_found |= is_found;
-            if !own.is_found || sequence <= own.sequence {
+            is_found = own.note(known);
+            if !own.has_sent(sequence) {
                 return false;
             }
-            own.sequence = sequence;
         }
         let mut is_news = false;
         for hold in &mut own.holds {
             hold.heard_until_ns = hold.heard_until_ns.max(until_ns);
             hold.told = false;
-            is_news |= !hold.is_found;
-            hold.is_found = true;
+            is_news |= is_found && !hold.is_found;
+            hold.is_found |= is_found;
         }
         is_news
     }
@@ -151,14 +192,14 @@ impl Seconds {
     pub(super) fn take_in(&mut self, said: &Said<'_>) -> Change {
         let place = self.place_of(said.process);
         let own = &mut self.0[place];
-        let mut is_found = said.is_found;
+        let mut is_found = said.known != Known::Nothing;
+        // A number that nobody reaches: some of what is said in its name is not so. Then it may be there, too.
+        let is_likely = said.sequence <= own.sequence.saturating_add(MOST_REPORTS);
         if own.process != OTHERS {
-            if said.sequence <= own.sequence {
+            if !own.has_sent(said.sequence) {
                 return Change::default();
             }
-            own.sequence = said.sequence;
-            own.is_found |= is_found;
-            is_found = own.is_found;
+            is_found = own.note(said.known);
         }
         let mut change = Change::default();
         for &area in said.areas {
@@ -166,7 +207,7 @@ impl Seconds {
             change.areas.extend(is_new.then_some(area));
             change.found |= is_found;
         }
-        if own.is_found {
+        if own.is_found && is_likely {
             let left = (own.holds).extract_if(.., |own| !said.areas.contains(&own.area));
             let before = change.areas.len();
             change.areas.extend(left.map(|own| own.area));
@@ -202,6 +243,7 @@ impl Seconds {
             process,
             sequence: 0,
             is_found: false,
+            alone: false,
             holds: Vec::new(),
         });
         self.0.len() - 1
@@ -249,17 +291,21 @@ impl Seconds {
         sorted(all.map(|own| own.area).collect())
     }
 
-    /// Processes that were found, and where they stand for all that is known.
+    /// Processes that were found, and where they stand for all that is known. Of one that is nowhere its number counts, too.
     pub(crate) fn found(&self) -> impl Iterator<Item = Found> + '_ {
         let found = self.0.iter().map(|own| Found {
             process: own.process,
             sequence: own.sequence,
+            alone: own.alone,
             areas: { own.holds.iter() }
                 .filter(|own| own.is_found)
                 .map(|own| own.area)
                 .collect(),
         });
-        found.filter(|found| !found.areas.is_empty())
+        let known = { self.0.iter() }.map(|own| own.is_found);
+        { found.zip(known) }
+            .filter(|(found, is_found)| *is_found || !found.areas.is_empty())
+            .map(|(found, _)| found)
     }
 
     /// Ends the holds of processes that were heard too long ago, unless they were found. Returns their areas.
@@ -287,9 +333,11 @@ impl Seconds {
         )
     }
 
-    /// The process speaks for the robot from now on. Returns the areas that it held beside it.
-    pub(super) fn promote(&mut self, process: u64) -> Vec<usize> {
-        let own = self.0.extract_if(.., |own| own.process == process);
+    /// The process speaks for the robot from now on; one that is new is the next one of those that reported alone. Returns the areas that
+    /// they held beside it.
+    pub(super) fn promote(&mut self, process: u64, is_new: bool) -> Vec<usize> {
+        let is_it = |own: &mut Second| own.process == process || is_new && own.alone;
+        let own = self.0.extract_if(.., is_it);
         own.flat_map(|own| own.holds).map(|own| own.area).collect()
     }
 

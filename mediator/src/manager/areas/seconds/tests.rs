@@ -1,10 +1,10 @@
-use super::{Change, Found, PROCESSES, Said, Seconds};
+use super::{Change, Found, Known, MOST_REPORTS, PROCESSES, Said, Seconds};
 
 fn said(process: u64, sequence: u64, areas: &[usize], until_ns: u64) -> Said<'_> {
     Said {
         process,
         sequence,
-        is_found: false,
+        known: Known::Nothing,
         areas,
         until_ns,
     }
@@ -14,6 +14,7 @@ fn stood(process: u64, sequence: u64, areas: &[usize]) -> Found {
     Found {
         process,
         sequence,
+        alone: false,
         areas: areas.to_vec(),
     }
 }
@@ -29,8 +30,8 @@ fn what_one_process_says_ends_no_hold_of_another() {
     assert!(seconds.drop_silent(10).is_empty());
     assert_eq!(seconds.drop_silent(16), [3]);
     assert_eq!(seconds.areas(), [3, 4]);
-    assert!(seconds.promote(9).is_empty());
-    assert_eq!(seconds.promote(8), [3, 4]);
+    assert!(seconds.promote(9, true).is_empty());
+    assert_eq!(seconds.promote(8, true), [3, 4]);
     assert!(seconds.areas().is_empty());
     seconds.take_in(&said(8, 3, &[3, 4], 20));
     seconds.leave(3);
@@ -42,7 +43,7 @@ fn one_that_was_found_holds_where_it_was_heard_last() {
     let mut seconds = Seconds::default();
     seconds.take_in(&said(7, 1, &[3], 10));
     let found = |sequence, areas, until_ns| Said {
-        is_found: true,
+        known: Known::Found,
         ..said(7, sequence, areas, until_ns)
     };
     let change = |areas: &[usize]| Change {
@@ -91,7 +92,7 @@ fn invented_processes_are_one_body_more_in_each_area() {
 fn one_that_is_found_among_too_many_holds_as_well() {
     let mut seconds = Seconds::default();
     let found = |process, sequence, areas| Said {
-        is_found: true,
+        known: Known::Found,
         ..said(process, sequence, areas, 10)
     };
     for process in 1..=PROCESSES as u64 {
@@ -119,17 +120,18 @@ fn one_that_is_found_among_too_many_holds_as_well() {
 fn one_that_has_no_pose_when_it_is_found_is_where_it_was() {
     let mut seconds = Seconds::default();
     seconds.take_in(&said(7, 1, &[3], 10));
-    assert!(!seconds.hear(7, 2, false, 20), "it may be gone");
-    assert!(seconds.hear(7, 2, true, 20) && !seconds.hear(7, 3, true, 30));
+    assert!(!seconds.hear(7, 2, Known::Nothing, 20));
+    assert!(seconds.drop_silent(15).is_empty(), "it reports on");
+    assert!(seconds.hear(7, 3, Known::Found, 20) && !seconds.hear(7, 4, Known::Found, 30));
     assert!(seconds.drop_silent(1000).is_empty());
-    assert_eq!(seconds.found().collect::<Vec<_>>(), [stood(7, 3, &[3])]);
+    assert_eq!(seconds.found().collect::<Vec<_>>(), [stood(7, 4, &[3])]);
     // Nor one that is not told from others.
     for process in 11..10 + PROCESSES as u64 {
         seconds.take_in(&said(process, 1, &[4], 10));
     }
-    assert!(!seconds.hear(30, 1, true, 20), "it was nowhere");
+    assert!(!seconds.hear(30, 1, Known::Found, 20), "it was nowhere");
     seconds.take_in(&said(30, 1, &[5], 10));
-    assert!(seconds.hear(30, 2, true, 20) && seconds.are_heard_in(5, 20));
+    assert!(seconds.hear(30, 2, Known::Found, 20) && seconds.are_heard_in(5, 20));
 }
 
 #[test]
@@ -137,9 +139,61 @@ fn a_late_report_after_a_start_moves_nobody() {
     let mut seconds = Seconds::default();
     seconds.restore(stood(7, 410, &[4]), 100);
     let late = Said {
-        is_found: true,
+        known: Known::Found,
         ..said(7, 400, &[3], 30)
     };
     assert_eq!(seconds.take_in(&late), Change::default());
     assert_eq!(seconds.areas(), [4]);
+}
+
+#[test]
+fn one_that_reports_alone_is_where_it_is_until_another_one_is_taken_in() {
+    let mut seconds = Seconds::default();
+    let alone = |sequence, areas| Said {
+        known: Known::Alone,
+        ..said(8, sequence, areas, 10)
+    };
+    assert!(seconds.take_in(&alone(1, &[3])).found);
+    assert!(seconds.drop_silent(1000).is_empty());
+    let here = Found {
+        alone: true,
+        ..stood(8, 1, &[3])
+    };
+    assert_eq!(seconds.found().collect::<Vec<_>>(), [here.clone()]);
+    let mut next = Seconds::default();
+    next.restore(here, 10);
+    for seconds in [&mut seconds, &mut next] {
+        assert_eq!(seconds.take_in(&alone(2, &[4])).areas, [4, 3]);
+        // The one that spoke for the robot before is back: it is another one.
+        assert!(seconds.promote(7, false).is_empty() && seconds.are_in(4));
+        assert_eq!(seconds.promote(9, true), [4]);
+    }
+    seconds.take_in(&alone(3, &[4]));
+    let found = Said {
+        known: Known::Found,
+        ..alone(4, &[4])
+    };
+    seconds.take_in(&found);
+    assert!(seconds.promote(9, true).is_empty(), "it ran beside it");
+}
+
+/// Somebody else has reported in its name.
+#[test]
+fn a_number_that_nobody_reaches_takes_nothing_out_of_an_area() {
+    let mut seconds = Seconds::default();
+    let found = |sequence, areas| Said {
+        known: Known::Found,
+        ..said(8, sequence, areas, 10)
+    };
+    seconds.take_in(&found(1, &[3]));
+    seconds.take_in(&found(1 << 61, &[4]));
+    assert_eq!(seconds.areas(), [3, 4]);
+    seconds.take_in(&found(2, &[5]));
+    assert_eq!(seconds.areas(), [5], "it is heard on");
+    seconds.take_in(&found(2 + MOST_REPORTS, &[]));
+    assert!(seconds.areas().is_empty());
+    // Where one is that is nowhere, its late words do not say.
+    let mut next = Seconds::default();
+    seconds.found().for_each(|found| next.restore(found, 10));
+    assert_eq!(next.take_in(&found(3, &[3])), Change::default());
 }
