@@ -8,7 +8,7 @@ use rustix::process::{Resource, getrlimit};
 use rustix::thread::{CapabilitySet, capabilities};
 
 /// Stack of each thread. Of those that begin before memory is populated all of it is resident from then on; a real-time thread
-/// begins later, and touches [`PREFAULTED_STACK`] of it itself.
+/// begins later, and touches 128 KiB of it itself.
 pub const STACK_BYTES: usize = 1 << 20;
 /// Stack that a real-time thread touches before it is promoted.
 const PREFAULTED_STACK: usize = 128 * 1024;
