@@ -101,7 +101,8 @@ pub(super) fn expected(case: &Case) -> Expected {
         // It lasts until the robot opens another session.
         ScriptedKind::DeadLink => Raised(&[Fault::MediatorSilent], after(0.0)),
         ScriptedKind::SecondMediator | ScriptedKind::CopiedMediator => {
-            Raised(&[Fault::SecondMediator], after(1.0))
+            // People are told of one that is heard for 3 s.
+            Raised(&[Fault::SecondMediator], after(4.5))
         }
         ScriptedKind::CloneRobot => Raised(&[Fault::IdentityDoubled], after(6.0)),
         ScriptedKind::KillRobot | ScriptedKind::EndRobot => {
