@@ -4,7 +4,7 @@ use onboard::cli::Files;
 use onboard::composition::checkpoint::Checkpoint;
 use onboard::composition::plan::Plan;
 use onboard::process::checkpoints::Inheritance;
-use onboard::process::ctl::{Reply, Request};
+use onboard::process::ctl::{Reply, Request, Teleop};
 use onboard::symbols::faults::{Fault, FaultTable};
 use onboard::symbols::values::LidarStatus;
 use rig::belief::Belief;
@@ -168,6 +168,18 @@ impl Bench {
         let robot = SteppedRobot::new(&self.plan, &self.files, folder.path(), &self.devices, start);
         self.robot = robot.unwrap_or_else(|failure| panic!("{failure:?}"));
         self._folder = folder;
+    }
+
+    /// Its computer was switched off while it drove: it does not know where it is, and somebody drives it who sees to that.
+    pub fn be_lost_in_hands(&mut self) {
+        self.lose_memory();
+        self.begin_again();
+        self.watch(6.0);
+        assert!(self.has(Fault::PlaceUnknown));
+        self.ask(Request::Teleop(Teleop {
+            without_borders: true,
+        }));
+        self.until("it is in hands", 1.0, |bench| bench.desk().is_taken());
     }
 
     /// What its next process would go on from now.

@@ -1,6 +1,6 @@
 //! The lidar is unplugged, hangs, or its bytes are broken.
 
-use onboard::process::ctl::{Done, Request, Teleop};
+use onboard::process::ctl::{Done, Request};
 use onboard::symbols::faults::Fault;
 use sim::lidar::Disturbance;
 use sim::world::{Pose, Shape};
@@ -133,14 +133,7 @@ fn a_covered_lidar_stops_a_lost_robot_in_somebodys_hands() {
     ];
     let mut bench = Bench::new(Pose::new(4.0, -0.5, 0.0), 0.0, &[beside], &hall);
     bench.watch(3.0);
-    bench.lose_memory();
-    bench.begin_again();
-    bench.watch(6.0);
-    assert!(bench.has(Fault::PlaceUnknown));
-    bench.ask(Request::Teleop(Teleop {
-        without_borders: true,
-    }));
-    bench.until("it is in hands", 1.0, |bench| bench.desk().is_taken());
+    bench.be_lost_in_hands();
     bench.desk().want(0.0, 0.0);
     bench.watch(0.2);
     bench.desk().want(0.2, 0.0);

@@ -352,14 +352,7 @@ fn it_makes_no_detours_and_no_retreats_by_hand() {
 #[test]
 fn a_robot_that_nobody_has_told_where_it_is_can_be_driven_by_hand() {
     let mut bench = Bench::driving();
-    bench.lose_memory();
-    bench.begin_again();
-    bench.watch(6.0);
-    assert!(bench.has(Fault::PlaceUnknown));
-    bench.ask(Request::Teleop(Teleop {
-        without_borders: true,
-    }));
-    bench.until("it is in hands", 1.0, |bench| bench.desk().is_taken());
+    bench.be_lost_in_hands();
     bench.watch(0.5);
     bench.desk().want(0.0, 0.0);
     bench.watch(0.2);
