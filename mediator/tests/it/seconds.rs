@@ -715,22 +715,19 @@ fn one_that_was_taken_in_and_is_refused_then_is_in_the_way() {
         let mut stored = begun(1);
         let (mut manager, mut robots) = on_a_known_floor();
         manager.entries().for_each(|entry| stored.apply(entry));
-        let (mut began, mut from_ns) = (0, NOW_NS);
         if restarts {
             let setup = Setup {
                 floor: floor(3.0),
                 ..setup()
             };
-            from_ns = NOW_NS + STEP_NS;
-            began = 1;
-            manager = Manager::new(&setup, &stored, from_ns).expect("valid");
+            manager = Manager::new(&setup, &stored, NOW_NS).expect("valid");
         }
         let (client, _) = robots.remove(1);
         robots.push((client.on(floor(4.0)), stands_in(AREA)));
-        rounds(&mut manager, &mut robots, began..20);
+        rounds(&mut manager, &mut robots, 1..20);
         robots[0].1.wanted = vec![AREA.to_owned()];
         rounds(&mut manager, &mut robots, 20..40);
-        assert!(!robots[0].0.holds(AREA), "{restarts} {from_ns}");
+        assert!(!robots[0].0.holds(AREA), "{restarts}");
         robots.pop();
         rounds(&mut manager, &mut robots, 40..80);
         assert!(!robots[0].0.holds(AREA), "{restarts}");

@@ -186,6 +186,19 @@ fn a_log_that_nobody_takes_holds_up_nothing() {
     });
 }
 
+/// A robot whose program a service manager watches, which wants to hear of it at least as often, and where it hears it.
+fn watched(bench: &Bench, patience: Duration) -> (UnixDatagram, Running) {
+    let place = bench.path("notify");
+    let socket = UnixDatagram::bind(&place).expect("a socket");
+    socket.set_nonblocking(true).expect("a socket");
+    let mut command = bench.command(&bench.robot_file());
+    command
+        .env("NOTIFY_SOCKET", &place)
+        .env("WATCHDOG_USEC", patience.as_micros().to_string())
+        .stderr(Stdio::null());
+    (socket, Running(command.spawn().expect("it starts")))
+}
+
 /// What a service manager's socket takes in, one line each, until the socket is empty.
 fn heard(socket: &UnixDatagram) -> Vec<String> {
     let mut bytes = [0; 1024];
@@ -200,15 +213,7 @@ fn heard(socket: &UnixDatagram) -> Vec<String> {
 fn a_service_manager_hears_that_it_is_ready_lives_stands_and_ends() {
     once_more_if_late(|| {
         let mut bench = Bench::new();
-        let place = bench.path("notify");
-        let socket = UnixDatagram::bind(&place).expect("a socket");
-        socket.set_nonblocking(true).expect("a socket");
-        let mut command = bench.command(&bench.robot_file());
-        command
-            .env("NOTIFY_SOCKET", &place)
-            .env("WATCHDOG_USEC", "3000000")
-            .stderr(Stdio::null());
-        let mut robot = Running(command.spawn().expect("it starts"));
+        let (socket, mut robot) = watched(&bench, Duration::from_secs(3));
         let mut said = Vec::new();
         let hears = |wanted: &str, said: &mut Vec<String>| {
             said.extend(heard(&socket));
@@ -249,16 +254,8 @@ fn a_service_manager_hears_that_it_is_ready_lives_stands_and_ends() {
 fn a_service_manager_hears_no_more_of_a_program_with_a_thread_that_hangs() {
     once_more_if_late(|| {
         let mut bench = Bench::new();
-        let place = bench.path("notify");
-        let socket = UnixDatagram::bind(&place).expect("a socket");
-        socket.set_nonblocking(true).expect("a socket");
+        let (socket, mut robot) = watched(&bench, Duration::from_secs(2));
         let lives = || heard(&socket).iter().any(|line| line == "WATCHDOG=1");
-        let mut command = bench.command(&bench.robot_file());
-        command
-            .env("NOTIFY_SOCKET", &place)
-            .env("WATCHDOG_USEC", "2000000")
-            .stderr(Stdio::null());
-        let mut robot = Running(command.spawn().expect("it starts"));
         bench.until("it drives", Duration::from_secs(20), |bench| {
             bench.truth().twist.v_m_s > 0.1
         });

@@ -56,13 +56,17 @@ impl Second {
         self.is_found
     }
 
-    /// It has sent a report of that number. Returns whether it is its newest.
-    fn has_sent(&mut self, sequence: u64) -> bool {
-        let is_newest = sequence > self.sequence;
-        if is_newest && sequence <= self.sequence.saturating_add(MOST_REPORTS) {
+    /// Takes in the number of a report, none of an old one. Returns whether the process can have reached it: what somebody else says in
+    /// its name may be so, too.
+    fn has_sent(&mut self, sequence: u64) -> Option<bool> {
+        if sequence <= self.sequence {
+            return None;
+        }
+        let is_reached = sequence <= self.sequence.saturating_add(MOST_REPORTS);
+        if is_reached {
             self.sequence = sequence;
         }
-        is_newest
+        Some(is_reached)
     }
 
     /// Its body stands there. Returns whether that is news, to others or to the journal.
@@ -164,17 +168,16 @@ impl Seconds {
         known: Known,
         until_ns: u64,
     ) -> bool {
-        let is_found = known != Known::Nothing;
+        let mut is_found = known != Known::Nothing;
         let own = self.find(process);
         // Where one was that is not told from others nobody knows: in all areas of these, then.
         let Some(place) = own.or_else(|| self.find(OTHERS).filter(|_| is_found)) else {
             return false;
         };
         let own = &mut self.0[place];
-        let mut is_found = is_found;
         if own.process != OTHERS {
             is_found = own.note(known);
-            if !own.has_sent(sequence) {
+            if own.has_sent(sequence).is_none() {
                 return false;
             }
         }
@@ -192,14 +195,13 @@ impl Seconds {
     pub(super) fn take_in(&mut self, said: &Said<'_>) -> Change {
         let place = self.place_of(said.process);
         let own = &mut self.0[place];
-        let mut is_found = said.known != Known::Nothing;
-        // A number that nobody reaches: some of what is said in its name is not so. Then it may be there, too.
-        let is_likely = said.sequence <= own.sequence.saturating_add(MOST_REPORTS);
+        let (mut is_found, mut moves) = (said.known != Known::Nothing, false);
         if own.process != OTHERS {
-            if !own.has_sent(said.sequence) {
+            let Some(is_reached) = own.has_sent(said.sequence) else {
                 return Change::default();
-            }
+            };
             is_found = own.note(said.known);
+            moves = is_found && is_reached;
         }
         let mut change = Change::default();
         for &area in said.areas {
@@ -207,7 +209,7 @@ impl Seconds {
             change.areas.extend(is_new.then_some(area));
             change.found |= is_found;
         }
-        if own.is_found && is_likely {
+        if moves {
             let left = (own.holds).extract_if(.., |own| !said.areas.contains(&own.area));
             let before = change.areas.len();
             change.areas.extend(left.map(|own| own.area));
@@ -293,19 +295,18 @@ impl Seconds {
 
     /// Processes that were found, and where they stand for all that is known. Of one that is nowhere its number counts, too.
     pub(crate) fn found(&self) -> impl Iterator<Item = Found> + '_ {
-        let found = self.0.iter().map(|own| Found {
-            process: own.process,
-            sequence: own.sequence,
-            alone: own.alone,
-            areas: { own.holds.iter() }
+        self.0.iter().filter_map(|own| {
+            let areas: Vec<usize> = { own.holds.iter() }
                 .filter(|own| own.is_found)
                 .map(|own| own.area)
-                .collect(),
-        });
-        let known = { self.0.iter() }.map(|own| own.is_found);
-        { found.zip(known) }
-            .filter(|(found, is_found)| *is_found || !found.areas.is_empty())
-            .map(|(found, _)| found)
+                .collect();
+            (own.is_found || !areas.is_empty()).then_some(Found {
+                process: own.process,
+                sequence: own.sequence,
+                alone: own.alone,
+                areas,
+            })
+        })
     }
 
     /// Ends the holds of processes that were heard too long ago, unless they were found. Returns their areas.
