@@ -47,8 +47,12 @@ impl Manager {
 
     /// Ends the holds of those that were heard too long ago, and tells people of those that were found: what these hold stays blocked.
     pub(super) fn look_after_seconds(&mut self, robot: usize, now_ns: u64) {
-        if self.areas.drop_silent_seconds(robot, now_ns) {
+        let dropped = self.areas.drop_silent_seconds(robot, now_ns);
+        if !dropped.areas.is_empty() {
             self.coordinations.look_again_at(robot);
+        }
+        if dropped.found {
+            self.store_robot(robot);
         }
         if self.peers.stands_by {
             // What people are told to do they could not do here.

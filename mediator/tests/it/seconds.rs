@@ -692,6 +692,24 @@ fn one_that_was_refused_alone_is_in_the_way_when_the_first_one_is_back() {
     assert!(robots[0].0.holds(AREA));
 }
 
+/// A copied image is heard on, and does not know where it is when the robot itself is switched on.
+#[test]
+fn one_that_was_refused_alone_is_in_the_way_beside_a_new_one() {
+    let (mut manager, mut robots) = on_a_known_floor();
+    let (clone, situation) = clone_of_the_second(8, AREA);
+    robots[1] = (clone.on(floor(4.0)), situation);
+    rounds(&mut manager, &mut robots, 0..20);
+    robots[1].1.located = false;
+    let (client, _) = clone_of_the_second(9, "yard");
+    robots.push((client.on(floor(3.0)), stands_in("yard")));
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    rounds(&mut manager, &mut robots, 20..100);
+    assert!(robots[3].0.is_registered() && !robots[0].0.holds(AREA));
+    robots.remove(1);
+    rounds(&mut manager, &mut robots, 100..120);
+    assert!(!robots[0].0.holds(AREA), "found beside it");
+}
+
 /// It is pushed out of one area into another, and is one body.
 #[test]
 fn one_that_is_refused_alone_is_where_it_says_that_it_is() {

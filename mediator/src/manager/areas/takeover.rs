@@ -6,7 +6,7 @@ use contract::wire::{Access, RobotReport};
 
 use super::claim::Claim;
 use super::revocation::Revocation;
-use super::seconds::{Known, Said};
+use super::seconds::{Change, Known, Said};
 use super::table::Areas;
 use crate::journal::Entry;
 use crate::manager::alarm::{Alarm, BadReport};
@@ -162,11 +162,11 @@ impl Areas {
         change.found
     }
 
-    /// Ends the holds of second processes that were heard too long ago, of those that were not found. Returns whether there were any.
-    pub(crate) fn drop_silent_seconds(&mut self, robot: usize, now_ns: u64) -> bool {
-        let areas = self.robots[robot].seconds.drop_silent(now_ns);
-        self.free_of_seconds(robot, &areas);
-        !areas.is_empty()
+    /// Ends the holds of second processes that were heard too long ago, of those that were not found.
+    pub(crate) fn drop_silent_seconds(&mut self, robot: usize, now_ns: u64) -> Change {
+        let change = self.robots[robot].seconds.drop_silent(now_ns);
+        self.free_of_seconds(robot, &change.areas);
+        change
     }
 
     /// Areas in which a second process that was found has fallen silent now: they stay blocked.

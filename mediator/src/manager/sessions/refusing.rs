@@ -147,8 +147,11 @@ impl Sessions {
         if session.refusal(report.boot_epoch) != refusal && !asks {
             effects.alarms.push(alarm);
         }
-        session.refuse(report.boot_epoch, refusal, now_ns);
-        effects.tell(robot);
+        if session.refuse(report.boot_epoch, refusal.clone(), now_ns) {
+            effects.tell(robot);
+        } else {
+            self.send_refusal(self.refusal(report, refusal));
+        }
         false
     }
 

@@ -174,11 +174,7 @@ impl Session {
     /// given out, of which the journal may have lost the last ones. Returns whether it was: another one has its time to repeat its
     /// session first, so that whoever makes up processes writes little into the journal.
     pub(crate) fn invite(&mut self, boot_epoch: u64, epoch: u64, now_ns: u64) -> bool {
-        let has_time = |own: Candidate| {
-            let other = own.session > 0 && own.boot_epoch != boot_epoch;
-            other && now_ns < own.since_ns.saturating_add(LEVEL_PERIOD_NS)
-        };
-        if self.candidate.is_some_and(has_time) || self.has_used_up(epoch) {
+        if self.offers_another(boot_epoch, now_ns) || self.has_used_up(epoch) {
             return false;
         }
         self.issued = self.issued.max(before(epoch)) + 1;
@@ -191,14 +187,25 @@ impl Session {
         true
     }
 
+    /// Another process has its time to repeat the session that it was offered.
+    fn offers_another(&self, boot_epoch: u64, now_ns: u64) -> bool {
+        let other = { self.candidate.as_ref() }
+            .filter(|own| own.session > 0 && own.boot_epoch != boot_epoch);
+        other.is_some_and(|own| now_ns < own.since_ns.saturating_add(LEVEL_PERIOD_NS))
+    }
+
     /// All sessions of the epoch were offered: no process is taken in any more.
     pub(crate) fn has_used_up(&self, epoch: u64) -> bool {
         self.issued >= before(epoch) + SESSIONS_PER_EPOCH
     }
 
-    /// A process that does not speak for the robot is refused.
-    pub(crate) fn refuse(&mut self, boot_epoch: u64, why: String, now_ns: u64) {
+    /// A process that does not speak for the robot is refused. Returns whether it hears so when its robot is told: not while another one
+    /// has its time to repeat its session, which one that is refused must not keep out.
+    pub(crate) fn refuse(&mut self, boot_epoch: u64, why: String, now_ns: u64) -> bool {
         self.refused = Some((boot_epoch, why));
+        if self.offers_another(boot_epoch, now_ns) {
+            return false;
+        }
         if !self.is_of(boot_epoch) {
             self.candidate = Some(Candidate {
                 boot_epoch,
@@ -207,6 +214,7 @@ impl Session {
                 after: self.sent,
             });
         }
+        true
     }
 
     /// The candidate has repeated its session: it is alive, and from now on it speaks for the robot.

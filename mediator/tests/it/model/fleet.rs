@@ -346,9 +346,11 @@ impl Fleet {
                 robot.describe(),
             )
         });
+        let seconds = self.seconds.iter().map(|own| own.describe(self.now_ms));
         format!(
-            "{status:#?}\n{:#?}\naccusations: {:#?}",
+            "{status:#?}\n{:#?}\n{:#?}\naccusations: {:#?}",
             why.collect::<Vec<_>>(),
+            seconds.collect::<Vec<_>>(),
             self.accusations
         )
     }
@@ -512,6 +514,7 @@ impl Fleet {
             let robot = &self.robots[index];
             if did_cross.is_none() {
                 self.assert_enters_nothing_closed(robot);
+                self.assert_enters_nothing_full(robot);
             }
             let entered_first = robot.spot != was && Some(robot.spot) == first;
             // One that is told to get out of the way of a net may still arrive where it could not stop before.

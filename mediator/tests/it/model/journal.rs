@@ -85,6 +85,12 @@ impl Journal {
             .is_some_and(|own| own.retired.contains(&boot_epoch) || own.found.contains(&boot_epoch))
     }
 
+    /// Where the body of this second process is, by what was written last.
+    pub fn knows_second(&self, robot_id: &str, boot_epoch: u64) -> bool {
+        let seconds = self.robot(robot_id).map(|own| &own.seconds);
+        seconds.is_some_and(|all| all.iter().any(|own| own.boot_epoch == boot_epoch))
+    }
+
     /// One speaks for the robot, by what was written last.
     pub fn knows(&self, robot_id: &str) -> bool {
         self.robot(robot_id).is_some_and(|own| own.session > 0)

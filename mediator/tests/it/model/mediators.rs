@@ -2,6 +2,7 @@
 
 use super::fleet::{BEGINS_MS, Broken, Faults, Fleet, Message, Point, STEP_MS};
 use super::journal::{Journal, Left};
+use super::second::Second;
 use crate::random::Random;
 use contract::wire::RobotReport;
 use mediator::journal::Entry;
@@ -89,6 +90,7 @@ impl Fleet {
     pub fn crash_mediator(&mut self, number: usize, faults: Faults, random: &mut Random) {
         // It may have forgotten what it was just told.
         self.closed.clear();
+        self.seconds.iter_mut().for_each(Second::tells_anew);
         let mediator = &mut self.mediators[number];
         if let Some(manager) = mediator.manager.take() {
             self.tally.add_manager(&manager.counters());
@@ -242,6 +244,7 @@ impl Fleet {
             } if self.now_ms < self.replays_until_ms => tally.refused += 1,
             Alarm::Doubled { .. } if tally.seconds > 0 => tally.doubled += 1,
             Alarm::SilentSecond { .. } if tally.seconds > 0 => {}
+            Alarm::Floor { .. } if tally.others_floor > 0 => {}
             Alarm::Preempted { .. } => tally.preempted += 1,
             Alarm::Forgotten { .. } if lost || ordered => tally.forgotten += 1,
             Alarm::Bypassed { .. } if lost || ordered || elsewhere || tally.seconds > 0 => {

@@ -1,9 +1,12 @@
 //! Second processes with the identity of a robot, also several at once: each stands somewhere, asks for areas, and must get none. Its
 //! body is put on the floor when nobody is there or may come, and the mediator knows of it: from then on nobody else may drive there.
+//! Some have another floor, so that they are refused whoever else is heard; some do not know for a while where they are.
 
 use contract::client::{Client, Situation};
+use contract::floor::{Floor as Areas, FloorArea};
 use contract::wire::{MediatorReport, RobotReport};
 
+use super::UNKNOWN_MS;
 use super::fleet::{Broken, Faults, Fleet};
 use super::floor::{Floor, SILENT_NS};
 use super::mediators::Mediator;
@@ -17,12 +20,22 @@ const AT_ONCE: usize = 2;
 pub const FOR_MS: u64 = 8_000;
 /// and elsewhere, so that they are found first.
 const LONGER_MS: u64 = 20_000;
+/// One that loses its pose finds it again after this at most.
+const LOST_MS: u64 = 4_000;
+/// Until its mediator has heard where one stands.
+const HEARD_MS: u64 = 2 * REPORT_MS;
 
 pub struct Second {
     pub robot: usize,
     pub boot_epoch: u64,
     pub client: Client,
     situation: Situation,
+    /// It has another floor.
+    is_refused: bool,
+    /// It does not know where it is.
+    lost_until_ms: u64,
+    /// Since when the mediator that runs is told without a break where it stands.
+    told_since_ms: Option<u64>,
     /// Where its body is, or will be.
     pub spot: usize,
     pub is_there: bool,
@@ -40,8 +53,14 @@ impl Second {
         id: &str,
         floor: &Floor,
         (now_ms, for_ms): (u64, u64),
+        is_refused: bool,
         random: &mut Random,
     ) -> Self {
+        let areas = if is_refused {
+            another_floor()
+        } else {
+            floor.setup.floor.clone()
+        };
         let spot = random.below(floor.outside() as u64) as usize;
         let there = random.below(floor.limits.len() as u64) as usize;
         let name = |&area: &usize| floor.name(area).to_owned();
@@ -58,8 +77,11 @@ impl Second {
         Self {
             robot,
             boot_epoch,
-            client: Client::new(id, &floor.setup.site, boot_epoch).on(floor.setup.floor.clone()),
+            client: Client::new(id, &floor.setup.site, boot_epoch).on(areas),
             situation,
+            is_refused,
+            lost_until_ms: 0,
+            told_since_ms: None,
             spot,
             is_there: false,
             was_alone: false,
@@ -83,14 +105,52 @@ impl Second {
     }
 
     pub fn step(&mut self, now_ms: u64) -> Option<RobotReport> {
-        let news = self
-            .client
-            .step(self.situation.clone(), now_ms * 1_000_000, SILENT_NS);
+        let mut situation = self.situation.clone();
+        if now_ms < self.lost_until_ms {
+            situation.located = false;
+            situation.stands_in.clear();
+            self.told_since_ms = None;
+        }
+        let is_located = situation.located;
+        let news = self.client.step(situation, now_ms * 1_000_000, SILENT_NS);
         let due = news || now_ms >= self.report_ms + REPORT_MS;
         due.then(|| {
             self.report_ms = now_ms;
+            if is_located {
+                self.told_since_ms.get_or_insert(now_ms);
+            }
             self.client.report()
         })
+    }
+
+    /// For people.
+    pub fn describe(&self, now_ms: u64) -> String {
+        format!(
+            "{} of robot {}{}{}, {} spot {}, since {} ms, told since {:?}",
+            self.boot_epoch,
+            self.robot,
+            if self.is_refused { ", refused" } else { "" },
+            if now_ms < self.lost_until_ms {
+                ", lost"
+            } else {
+                ""
+            },
+            if self.is_there { "in" } else { "not yet in" },
+            self.spot,
+            self.since_ms,
+            self.told_since_ms,
+        )
+    }
+
+    /// Whoever was told where it stands is gone.
+    pub fn tells_anew(&mut self) {
+        self.told_since_ms = None;
+    }
+
+    /// For so long the mediator knows that somebody is there that nobody enters any more, whatever was granted before.
+    fn has_said(&self, area: usize, floor: &Floor, now_ms: u64) -> bool {
+        let since_ms = self.told_since_ms.unwrap_or(now_ms);
+        floor.spots[self.spot].contains(&area) && now_ms >= since_ms + HEARD_MS + UNKNOWN_MS
     }
 
     /// Nothing is granted to it, nor inherited by it.
@@ -102,6 +162,16 @@ impl Second {
     }
 }
 
+/// Of which no site here knows anything.
+fn another_floor() -> Areas {
+    Areas::new(vec![FloorArea {
+        id: "elsewhere".into(),
+        capacity: 1,
+        min_m: [0.0, 0.0],
+        max_m: [1.0, 1.0],
+    }])
+}
+
 impl Fleet {
     /// Somebody switches on a second process of a robot, which ends again.
     pub fn step_seconds(&mut self, faults: Faults, random: &mut Random) {
@@ -110,6 +180,7 @@ impl Fleet {
         self.clear_of_seconds();
         if faults.seconds && self.seconds.len() < AT_ONCE && random.below(100) == 0 {
             let number = random.below(self.robots.len() as u64) as usize;
+            let is_refused = random.chance(40);
             let robot = &self.robots[number];
             // Of two that nobody hears, the first one that is heard speaks for the robot.
             let is_heard = |own: &Mediator| {
@@ -118,16 +189,19 @@ impl Fleet {
                 let mut robots = status.iter().flat_map(|own| &own.robots);
                 own.journal.knows(&robot.id) && robots.all(|own| own.id != robot.id || own.heard)
             };
-            if !self.is_unheard(number) && self.mediators.iter().all(is_heard) {
+            let another_speaks = !self.is_unheard(number) && self.mediators.iter().all(is_heard);
+            if is_refused || another_speaks {
                 let for_ms = if faults.crashes || faults.cuts {
                     LONGER_MS
                 } else {
                     FOR_MS
                 };
                 let times = (now_ms, for_ms);
-                let second = Second::start(number, &robot.id, &self.floor, times, random);
+                let second =
+                    Second::start(number, &robot.id, &self.floor, times, is_refused, random);
                 self.seconds.push(second);
                 self.tally.seconds += 1;
+                self.tally.others_floor += u64::from(is_refused);
             }
         }
         for number in 0..self.seconds.len() {
@@ -138,6 +212,16 @@ impl Fleet {
             }
             let is_alone = self.is_unheard(self.seconds[number].robot);
             let second = &mut self.seconds[number];
+            let id = &self.robots[second.robot].id;
+            let is_known = |own: &Mediator| own.journal.knows_second(id, second.boot_epoch);
+            // Of one that is not in a journal yet, and loses its pose, nobody knows anything after a start.
+            if now_ms >= second.lost_until_ms
+                && random.below(200) == 0
+                && self.mediators.iter().all(is_known)
+            {
+                second.lost_until_ms = now_ms + random.below(LOST_MS);
+                self.tally.lost_seconds += 1;
+            }
             if is_alone && second.is_there && !std::mem::replace(&mut second.was_alone, true) {
                 self.tally.alone += 1;
             }
@@ -192,13 +276,38 @@ impl Fleet {
         process.is_none_or(|own| !own.client.is_registered()) || self.is_cut(robot)
     }
 
+    /// Nobody begins to reach into an area that is full of bodies with others' names, for all that the mediator was told.
+    pub fn assert_enters_nothing_full(&self, robot: &Robot) {
+        let Some(next) = robot.crossing.filter(|_| !robot.was_mistaken) else {
+            return;
+        };
+        let here = &self.floor.spots[robot.spot];
+        for &area in self.floor.spots[next]
+            .iter()
+            .filter(|area| !here.contains(area))
+        {
+            let says = |own: &&Second| own.has_said(area, &self.floor, self.now_ms);
+            let bodies = self.seconds.iter().filter(says).count();
+            assert!(
+                bodies < self.floor.setup.areas[area].capacity as usize,
+                "seed {}, {} ms: {} enters an area that is full: {}",
+                self.seed,
+                self.now_ms,
+                robot.id,
+                self.explain()
+            );
+        }
+    }
+
     /// The robot's own process is heard no more. A second one that was not found yet would speak for it then: people end it.
     pub fn end_seconds_that_were_not_found(&mut self, robot: usize) {
         let id = &self.robots[robot].id;
         let mediators = &self.mediators;
         self.seconds.retain(|own| {
             let mut journals = mediators.iter().map(|mediator| &mediator.journal);
-            own.robot != robot || journals.all(|journal| journal.is_retired(id, own.boot_epoch))
+            own.is_refused
+                || own.robot != robot
+                || journals.all(|journal| journal.is_retired(id, own.boot_epoch))
         });
     }
 

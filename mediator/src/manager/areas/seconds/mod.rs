@@ -37,6 +37,8 @@ struct Second {
     is_found: bool,
     /// It was refused while none that speaks for the robot was heard.
     alone: bool,
+    /// A new process speaks for the robot, which is its next one if it is heard no more.
+    has_next: bool,
     holds: Vec<Hold>,
 }
 
@@ -48,10 +50,11 @@ impl Second {
     /// What else is known of it. Returns whether it is there, too, when it is silent.
     fn note(&mut self, known: Known) -> bool {
         match known {
-            Known::Nothing => {}
+            Known::Nothing => return self.is_found,
             Known::Alone => self.alone |= !self.is_found,
             Known::Found => self.alone = false,
         }
+        self.has_next = false;
         self.is_found |= known != Known::Nothing;
         self.is_found
     }
@@ -246,6 +249,7 @@ impl Seconds {
             sequence: 0,
             is_found: false,
             alone: false,
+            has_next: false,
             holds: Vec::new(),
         });
         self.0.len() - 1
@@ -309,15 +313,20 @@ impl Seconds {
         })
     }
 
-    /// Ends the holds of processes that were heard too long ago, unless they were found. Returns their areas.
-    pub(super) fn drop_silent(&mut self, now_ns: u64) -> Vec<usize> {
-        let mut free = Vec::new();
+    /// Ends the holds of processes that were heard too long ago, unless they were found.
+    pub(super) fn drop_silent(&mut self, now_ns: u64) -> Change {
+        let mut change = Change::default();
         for own in &mut self.0 {
-            let is_over = |own: &mut Hold| !own.is_found && now_ns > own.heard_until_ns;
-            free.extend(own.holds.extract_if(.., is_over).map(|own| own.area));
+            let ends = |hold: &Hold| !hold.is_found || own.has_next;
+            let is_over = |hold: &mut Hold| ends(hold) && now_ns > hold.heard_until_ns;
+            for hold in own.holds.extract_if(.., is_over) {
+                change.areas.push(hold.area);
+                change.found |= hold.is_found;
+            }
         }
-        self.0.retain(|own| own.is_found || !own.holds.is_empty());
-        free
+        let stays = |own: &Second| own.is_found && !own.has_next || !own.holds.is_empty();
+        self.0.retain(stays);
+        change
     }
 
     /// Areas in which one that was found has fallen silent now.
@@ -334,12 +343,14 @@ impl Seconds {
         )
     }
 
-    /// The process speaks for the robot from now on; one that is new is the next one of those that reported alone. Returns the areas that
-    /// they held beside it.
+    /// The process speaks for the robot from now on. One that is new is the next one of those that reported alone, unless these are heard
+    /// beside it. Returns the areas that it held itself.
     pub(super) fn promote(&mut self, process: u64, is_new: bool) -> Vec<usize> {
-        let is_it = |own: &mut Second| own.process == process || is_new && own.alone;
-        let own = self.0.extract_if(.., is_it);
-        own.flat_map(|own| own.holds).map(|own| own.area).collect()
+        let own = self.0.extract_if(.., |own| own.process == process);
+        let areas = own.flat_map(|own| own.holds).map(|own| own.area).collect();
+        let alone = self.0.iter_mut().filter(|own| own.alone);
+        alone.for_each(|own| own.has_next |= is_new);
+        areas
     }
 
     /// An operator says that none is in the area of those that are not heard. Returns whether there were any.
