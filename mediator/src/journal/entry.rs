@@ -105,8 +105,11 @@ pub struct SecondRecord {
     /// It was refused while none that speaks for the robot was heard: a new one that is taken in is its next process.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub alone: bool,
-    /// Areas that its body was last known to reach into.
+    /// Areas that its body was last known to reach into,
     pub stands_in: Vec<String>,
+    /// and those where that is the robot's own body, for all that is known.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub with_robot: Vec<String>,
 }
 
 /// A run of protocol 1 as the journal knows it.

@@ -30,6 +30,7 @@ fn entries() -> Vec<Entry> {
                     sequence: 9,
                     alone: true,
                     stands_in: vec!["2".into()],
+                    with_robot: vec!["1".into()],
                 }],
                 stands_in: vec!["1".into(), "2".into()],
                 fsm_state: "drive-1".into(),

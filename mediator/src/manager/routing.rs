@@ -276,19 +276,20 @@ impl Manager {
 
     pub(super) fn store_robot(&mut self, robot: usize) {
         let occupant = self.areas.robot(robot);
-        let areas = occupant.stands_in.iter();
+        let ids = |areas: &[usize]| -> Vec<String> {
+            areas.iter().map(|&area| self.names.area_id(area)).collect()
+        };
         self.effects.entries.push(Entry::Robot {
             robot: self.names.robot_id(robot),
             record: RobotRecord {
-                stands_in: areas.map(|&area| self.names.area_id(area)).collect(),
+                stands_in: ids(&occupant.stands_in),
                 seconds: { occupant.seconds.found() }
                     .map(|found| SecondRecord {
                         boot_epoch: found.process,
                         sequence: found.sequence,
                         alone: found.alone,
-                        stands_in: { found.areas.into_iter() }
-                            .map(|area| self.names.area_id(area))
-                            .collect(),
+                        stands_in: ids(&found.areas),
+                        with_robot: ids(&found.with_robot),
                     })
                     .collect(),
                 fsm_state: occupant.fsm_state.clone(),

@@ -26,9 +26,13 @@ fn asked_for() -> (Manager, Robots) {
 
 /// All know which areas there are, and nobody asks for one.
 fn on_a_known_floor() -> (Manager, Robots) {
+    on_a_floor_of(&setup())
+}
+
+fn on_a_floor_of(setup: &Setup) -> (Manager, Robots) {
     let setup = Setup {
         floor: floor(3.0),
-        ..setup()
+        ..setup.clone()
     };
     let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
     let mut robots: Robots = { ["amr-1", "amr-2", "amr-3"].iter() }
@@ -708,6 +712,40 @@ fn one_that_was_refused_alone_is_in_the_way_beside_a_new_one() {
     robots.remove(1);
     rounds(&mut manager, &mut robots, 100..120);
     assert!(!robots[0].0.holds(AREA), "found beside it");
+}
+
+/// A bay for two: the robot, out of reach, stands there beside a copied image, and drives on.
+#[test]
+fn one_that_was_refused_where_its_robot_stood_is_in_the_way_when_that_has_left() {
+    for is_heard_on in [true, false] {
+        let mut two = setup();
+        two.areas[0].capacity = 2;
+        let (mut manager, mut robots) = on_a_floor_of(&two);
+        robots[0].1.wanted = vec!["yard".to_owned()];
+        robots[1].1.wanted = vec![AREA.to_owned()];
+        rounds(&mut manager, &mut robots, 0..2);
+        robots[0].1.stands_in = vec!["yard".to_owned()];
+        robots[1].1.stands_in = vec![AREA.to_owned()];
+        rounds(&mut manager, &mut robots, 2..5);
+        let first = robots.remove(1);
+        rounds(&mut manager, &mut robots, 5..12);
+        let (clone, situation) = clone_of_the_second(8, AREA);
+        robots.push((clone.on(floor(4.0)), situation));
+        rounds(&mut manager, &mut robots, 12..20);
+        if !is_heard_on {
+            robots.pop();
+        }
+        robots[1].1.wanted = vec![AREA.to_owned()];
+        rounds(&mut manager, &mut robots, 20..30);
+        assert!(robots[1].0.holds(AREA), "one robot, for all that is known");
+        robots[1].1.stands_in = vec![AREA.to_owned()];
+        robots[0].1.wanted = vec!["yard".to_owned(), AREA.to_owned()];
+        robots.insert(0, first);
+        robots[0].1.stands_in.clear();
+        robots[0].1.wanted.clear();
+        rounds(&mut manager, &mut robots, 30..50);
+        assert!(!robots[1].0.holds(AREA), "{is_heard_on}: two are in it");
+    }
 }
 
 /// It is pushed out of one area into another, and is one body.

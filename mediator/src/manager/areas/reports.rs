@@ -270,7 +270,9 @@ impl Areas {
         } else {
             occupant.found_in.retain(|area| stands_in.contains(area));
         }
+        let mut others = false;
         for &area in before.iter().filter(|area| !stands_in.contains(area)) {
+            others |= self.robots[robot].seconds.robot_leaves(area);
             self.unconcern(area, robot);
             self.touch(area);
         }
@@ -279,7 +281,7 @@ impl Areas {
             self.touch(area);
         }
         self.judge_intrusion(robot, effects);
-        before != stands_in || new_state
+        before != stands_in || new_state || others
     }
 
     fn judge_intrusion(&mut self, robot: usize, effects: &mut Effects) {

@@ -52,17 +52,19 @@ impl Areas {
             }
             areas.robots[robot].stands_in = stands_in;
             for second in &record.seconds {
-                let stands_in = { second.stands_in.iter() }.map(|id| known_area(names, id));
-                let stands_in = stands_in.collect::<Result<Vec<usize>, RestoreError>>()?;
-                for &area in &stands_in {
-                    areas.concern(area, robot);
-                }
+                let known = |ids: &[String]| -> Result<Vec<usize>, RestoreError> {
+                    ids.iter().map(|id| known_area(names, id)).collect()
+                };
                 let found = Found {
                     process: second.boot_epoch,
                     sequence: second.sequence,
                     alone: second.alone,
-                    areas: stands_in,
+                    areas: known(&second.stands_in)?,
+                    with_robot: known(&second.with_robot)?,
                 };
+                for &area in &found.areas {
+                    areas.concern(area, robot);
+                }
                 // As long as the process has that speaks for the robot.
                 let until_ns = now_ns.saturating_add(ENTERS_NO_MORE_NS);
                 areas.robots[robot].seconds.restore(found, until_ns);

@@ -140,18 +140,19 @@ impl Areas {
         }
         let mut areas: Vec<usize> = { report.stands_in.iter() }
             .filter_map(|id| self.names.area(id))
-            .filter(|&area| {
-                let is_its_own = occupant.seconds.is_in(report.boot_epoch, area);
-                beside || is_its_own || !occupant.stands_in(area)
-            })
             .collect();
         areas.sort_unstable();
         areas.dedup();
+        let (areas, with_robot): (Vec<_>, Vec<_>) = areas.into_iter().partition(|&area| {
+            let is_its_own = occupant.seconds.is_in(report.boot_epoch, area);
+            beside || is_its_own || !occupant.stands_in(area)
+        });
         let change = occupant.seconds.take_in(&Said {
             process: report.boot_epoch,
             sequence: report.sequence,
             known,
             areas: &areas,
+            with_robot: &with_robot,
             until_ns,
         });
         for area in change.areas {

@@ -521,9 +521,11 @@ impl Fleet {
             let ordered = { robot.process.as_ref() }
                 .is_some_and(|own| own.client.is_acquired() && own.event() == "go-1");
             if robot.role == "emergency" && entered_first && ordered {
-                // Judged by the bodies: the robot that it passes stands completely aside.
+                // Judged by the bodies: the robot that it passes stands completely aside, or was carried away meanwhile.
+                let outside = self.floor.outside();
                 let aside = self.robots.iter().any(|other| {
-                    let is_aside = Some(other.spot) == lay_by && other.crossing.is_none();
+                    let is_aside = Some(other.spot) == lay_by || other.spot == outside;
+                    let is_aside = is_aside && other.crossing.is_none();
                     other.role == "normal" && (is_aside || other.was_mistaken)
                 });
                 assert!(

@@ -22,6 +22,8 @@ pub const FOR_MS: u64 = 8_000;
 const LONGER_MS: u64 = 20_000;
 /// One that loses its pose finds it again after this at most.
 const LOST_MS: u64 = 4_000;
+/// Flags of protocol 1 that are set on the way in.
+const ENTERED: u32 = 3;
 /// Until its mediator has heard where one stands.
 const HEARD_MS: u64 = 2 * REPORT_MS;
 
@@ -184,9 +186,11 @@ impl Fleet {
             let robot = &self.robots[number];
             // Of two that nobody hears, the first one that is heard speaks for the robot.
             let is_heard = |own: &Mediator| {
-                let manager = own.manager.as_ref();
-                let status = manager.map(|own| own.status(now_ms * 1_000_000));
-                let mut robots = status.iter().flat_map(|own| &own.robots);
+                let Some(manager) = own.manager.as_ref() else {
+                    // What it took in last may not be in the journal.
+                    return false;
+                };
+                let mut robots = manager.status(now_ms * 1_000_000).robots.into_iter();
                 own.journal.knows(&robot.id) && robots.all(|own| own.id != robot.id || own.heard)
             };
             let another_speaks = !self.is_unheard(number) && self.mediators.iter().all(is_heard);
@@ -225,12 +229,15 @@ impl Fleet {
             if is_alone && second.is_there && !std::mem::replace(&mut second.was_alone, true) {
                 self.tally.alone += 1;
             }
+            let second = &self.seconds[number];
             assert!(
                 !second.client.is_registered(),
-                "seed {}, {now_ms} ms: a second process of {} speaks for it",
+                "seed {}, {now_ms} ms: a second process of {} speaks for it: {}",
                 self.seed,
-                self.robots[second.robot].id
+                self.robots[second.robot].id,
+                self.explain()
             );
+            let second = &mut self.seconds[number];
             second.assert_has_nothing(&self.floor);
             if let Some(report) = second.step(now_ms) {
                 let robot = second.robot;
@@ -282,10 +289,19 @@ impl Fleet {
             return;
         };
         let here = &self.floor.spots[robot.spot];
+        let report = { robot.process.as_ref() }.map(|own| own.client.clone().report());
+        let access = report.map_or_else(Vec::new, |own| own.access);
         for &area in self.floor.spots[next]
             .iter()
             .filter(|area| !here.contains(area))
         {
+            let mut own = access
+                .iter()
+                .filter(|own| own.area == self.floor.name(area));
+            if own.any(|own| own.level.is_some_and(|level| level.progress >= ENTERED)) {
+                // What it has entered, left, and always wanted is not asked back.
+                continue;
+            }
             let says = |own: &&Second| own.has_said(area, &self.floor, self.now_ms);
             let bodies = self.seconds.iter().filter(says).count();
             assert!(

@@ -4,7 +4,8 @@
 //! late words, holds an area from its last report of standing there until a process counts as silent. One that was *found* beside the
 //! one that speaks for the robot is another body: it holds what it was last heard to stand in until it is heard elsewhere, or people
 //! say that it was taken away. Silent is not gone. So does one that was refused *alone*, while none that speaks for the robot was
-//! heard, until a new one is taken in, which is taken for its next process.
+//! heard, until a new one is taken in, which is taken for its next process. Where the robot itself was heard last such a one is the robot,
+//! for all that is known, until the robot is heard elsewhere.
 
 /// More processes of one robot than this are not told from each other. A holder of the robot's certificate can invent any number.
 const PROCESSES: usize = 8;
@@ -25,6 +26,20 @@ struct Hold {
     is_found: bool,
     /// People were told that it is silent.
     told: bool,
+    /// The robot is in the area itself, and it is one body with this one, for all that is known.
+    is_robot: bool,
+}
+
+impl Hold {
+    fn of(area: usize, is_robot: bool) -> Self {
+        Self {
+            area,
+            heard_until_ns: 0,
+            is_found: false,
+            told: false,
+            is_robot,
+        }
+    }
 }
 
 /// A process, and the areas in which its body stands.
@@ -43,8 +58,10 @@ struct Second {
 }
 
 impl Second {
+    /// As a body besides the robot's.
     fn is_in(&self, area: usize) -> bool {
-        self.holds.iter().any(|own| own.area == area)
+        let mut all = self.holds.iter().filter(|own| !own.is_robot);
+        all.any(|own| own.area == area)
     }
 
     /// What else is known of it. Returns whether it is there, too, when it is silent.
@@ -72,24 +89,21 @@ impl Second {
         Some(is_reached)
     }
 
-    /// Its body stands there. Returns whether that is news, to others or to the journal.
-    fn hold(&mut self, area: usize, is_found: bool, until_ns: u64) -> (bool, bool) {
+    /// Its body stands there. Returns whether that is news to others, and to the journal.
+    fn hold(&mut self, area: usize, is_robot: bool, is_found: bool, until_ns: u64) -> (bool, bool) {
         let known = self.holds.iter().position(|own| own.area == area);
         let place = known.unwrap_or_else(|| {
-            self.holds.push(Hold {
-                area,
-                heard_until_ns: 0,
-                is_found: false,
-                told: false,
-            });
+            self.holds.push(Hold::of(area, is_robot));
             self.holds.len() - 1
         });
         let own = &mut self.holds[place];
         own.heard_until_ns = own.heard_until_ns.max(until_ns);
         own.told = false;
-        let is_news = is_found && !own.is_found;
+        let appears = own.is_robot && !is_robot;
+        let is_news = is_found && !own.is_found || own.is_found && appears;
         own.is_found |= is_found;
-        (known.is_none(), is_news)
+        own.is_robot &= is_robot;
+        (!is_robot && (known.is_none() || appears), is_news)
     }
 }
 
@@ -113,8 +127,10 @@ pub(crate) struct Said<'a> {
     pub(crate) sequence: u64,
     /// It is there, too, when it is silent.
     pub(crate) known: Known,
-    /// Where its body stands.
+    /// Where its body stands,
     pub(crate) areas: &'a [usize],
+    /// and where that is the robot's own one, for all that is known.
+    pub(crate) with_robot: &'a [usize],
     /// Until then it counts as heard.
     pub(crate) until_ns: u64,
 }
@@ -128,8 +144,10 @@ pub(crate) struct Found {
     pub(crate) sequence: u64,
     /// It was refused while none that speaks for the robot was heard.
     pub(crate) alone: bool,
-    /// Where it stands, for all that is known.
+    /// Where it stands, for all that is known,
     pub(crate) areas: Vec<usize>,
+    /// and where its body is the robot's own one, for all that is known.
+    pub(crate) with_robot: Vec<usize>,
 }
 
 /// What has changed.
@@ -153,13 +171,14 @@ impl Seconds {
         own.is_found = found.process != OTHERS;
         own.sequence = found.sequence;
         own.alone = found.alone;
-        let hold = |area| Hold {
-            area,
+        let hold = |(area, is_robot)| Hold {
             heard_until_ns: until_ns,
             is_found: true,
-            told: false,
+            ..Hold::of(area, is_robot)
         };
-        own.holds = found.areas.into_iter().map(hold).collect();
+        let areas = found.areas.into_iter().map(|area| (area, false));
+        let with_robot = found.with_robot.into_iter().map(|area| (area, true));
+        own.holds = areas.chain(with_robot).map(hold).collect();
     }
 
     /// A process that does not know where it is any more is heard: it is where it was. Returns whether one is found now, which the
@@ -207,18 +226,32 @@ impl Seconds {
             moves = is_found && is_reached;
         }
         let mut change = Change::default();
-        for &area in said.areas {
-            let (is_new, is_found) = own.hold(area, is_found, said.until_ns);
+        let areas = said.areas.iter().map(|&area| (area, false));
+        let with_robot = said.with_robot.iter().map(|&area| (area, true));
+        for (area, is_robot) in areas.chain(with_robot) {
+            let (is_new, is_found) = own.hold(area, is_robot, is_found, said.until_ns);
             change.areas.extend(is_new.then_some(area));
             change.found |= is_found;
         }
         if moves {
-            let left = (own.holds).extract_if(.., |own| !said.areas.contains(&own.area));
-            let before = change.areas.len();
-            change.areas.extend(left.map(|own| own.area));
-            change.found |= change.areas.len() > before;
+            let is_said =
+                |area: &usize| said.areas.contains(area) || said.with_robot.contains(area);
+            for left in (own.holds).extract_if(.., |own| !is_said(&own.area)) {
+                change.areas.push(left.area);
+                change.found = true;
+            }
         }
         change
+    }
+
+    /// The robot is heard elsewhere: whoever might have been the robot there is another one. Returns whether the journal must know.
+    pub(super) fn robot_leaves(&mut self, area: usize) -> bool {
+        let all = self.0.iter_mut().flat_map(|own| &mut own.holds);
+        let appear = all.filter(|own| own.is_robot && own.area == area);
+        appear.fold(false, |is_news, own| {
+            own.is_robot = false;
+            is_news || own.is_found
+        })
     }
 
     /// Where the process is, or is put.
@@ -255,9 +288,14 @@ impl Seconds {
         self.0.len() - 1
     }
 
-    fn holds(&self, area: usize) -> impl Iterator<Item = &Hold> {
+    /// Of bodies besides the robot's.
+    fn all_holds(&self) -> impl Iterator<Item = &Hold> {
         let all = self.0.iter().flat_map(|own| &own.holds);
-        all.filter(move |own| own.area == area)
+        all.filter(|own| !own.is_robot)
+    }
+
+    fn holds(&self, area: usize) -> impl Iterator<Item = &Hold> {
+        self.all_holds().filter(move |own| own.area == area)
     }
 
     /// How many bodies are in the area.
@@ -293,23 +331,26 @@ impl Seconds {
 
     /// Areas with such a body, sorted.
     pub(crate) fn areas(&self) -> Vec<usize> {
-        let all = self.0.iter().flat_map(|own| &own.holds);
-        sorted(all.map(|own| own.area).collect())
+        sorted(self.all_holds().map(|own| own.area).collect())
     }
 
     /// Processes that were found, and where they stand for all that is known. Of one that is nowhere its number counts, too.
     pub(crate) fn found(&self) -> impl Iterator<Item = Found> + '_ {
         self.0.iter().filter_map(|own| {
-            let areas: Vec<usize> = { own.holds.iter() }
-                .filter(|own| own.is_found)
-                .map(|own| own.area)
-                .collect();
-            (own.is_found || !areas.is_empty()).then_some(Found {
+            let areas = |is_robot: bool| -> Vec<usize> {
+                let all = own.holds.iter().filter(|own| own.is_found);
+                let all = all.filter(|own| own.is_robot == is_robot);
+                all.map(|own| own.area).collect()
+            };
+            let found = Found {
                 process: own.process,
                 sequence: own.sequence,
                 alone: own.alone,
-                areas,
-            })
+                areas: areas(false),
+                with_robot: areas(true),
+            };
+            let is_anywhere = !found.areas.is_empty() || !found.with_robot.is_empty();
+            (own.is_found || is_anywhere).then_some(found)
         })
     }
 
@@ -332,7 +373,8 @@ impl Seconds {
     /// Areas in which one that was found has fallen silent now.
     pub(super) fn fall_silent(&mut self, now_ns: u64) -> Vec<usize> {
         let all = self.0.iter_mut().flat_map(|own| &mut own.holds);
-        let silent = all.filter(|own| own.is_found && !own.told && now_ns > own.heard_until_ns);
+        let all = all.filter(|own| own.is_found && !own.told && !own.is_robot);
+        let silent = all.filter(|own| now_ns > own.heard_until_ns);
         sorted(
             silent
                 .map(|own| {

@@ -6,6 +6,7 @@ fn said(process: u64, sequence: u64, areas: &[usize], until_ns: u64) -> Said<'_>
         sequence,
         known: Known::Nothing,
         areas,
+        with_robot: &[],
         until_ns,
     }
 }
@@ -16,6 +17,7 @@ fn stood(process: u64, sequence: u64, areas: &[usize]) -> Found {
         sequence,
         alone: false,
         areas: areas.to_vec(),
+        with_robot: Vec::new(),
     }
 }
 
@@ -202,4 +204,40 @@ fn a_number_that_nobody_reaches_takes_nothing_out_of_an_area() {
     let mut next = Seconds::default();
     seconds.found().for_each(|found| next.restore(found, 10));
     assert_eq!(next.take_in(&found(3, &[3])), Change::default());
+}
+
+#[test]
+fn one_that_may_be_the_robot_is_a_body_more_when_the_robot_is_heard_elsewhere() {
+    let mut seconds = Seconds::default();
+    let alone = Said {
+        known: Known::Alone,
+        with_robot: &[4],
+        ..said(8, 1, &[3], 10)
+    };
+    let change = seconds.take_in(&alone);
+    assert!(change.areas == [3] && change.found);
+    assert!(!seconds.are_in(4) && seconds.areas() == [3]);
+    assert_eq!(seconds.fall_silent(11), [3]);
+    let mut next = Seconds::default();
+    next.restore(seconds.found().next().expect("it is known"), 20);
+    for seconds in [&mut seconds, &mut next] {
+        assert!(!seconds.robot_leaves(5) && !seconds.are_in(4));
+        assert!(seconds.robot_leaves(4) && seconds.are_in(4));
+        assert!(seconds.fall_silent(21).contains(&4));
+    }
+    // It says that it is elsewhere.
+    let elsewhere = Said {
+        with_robot: &[],
+        sequence: 2,
+        ..alone
+    };
+    assert_eq!(seconds.take_in(&elsewhere).areas, [4]);
+    // Of one that is not refused nobody knows for longer than it is heard.
+    let mut seconds = Seconds::default();
+    seconds.take_in(&Said {
+        with_robot: &[4],
+        ..said(8, 1, &[], 10)
+    });
+    assert_eq!(seconds.drop_silent(11).areas, [4]);
+    assert!(!seconds.robot_leaves(4));
 }
