@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from . import areas, numbers, others, registration
+from . import areas, bodies, numbers, others, registration
 from .relay import Relay, VARIABLE
 
 __all__ = ["VARIABLE", "WRONG", "Relay"]
@@ -69,7 +69,7 @@ WRONG: dict[str, tuple[type[Relay], list[str]]] = {
     "old-runs": (areas.OldRuns, ["smaller-run"]),
     "left-out-is-over": (areas.LeftOutIsOver, ["left-out"]),
     "no-places": (areas.NoPlaces, ["stands-first", "place-of-silent"]),
-    "always-located": (areas.AlwaysLocated, ["not-located-keeps", "waits-for-all"]),
+    "always-located": (areas.AlwaysLocated, ["not-located-keeps", "waits-for-all", "second-body-lost"]),
     "silent-is-gone": (areas.SilentIsGone, ["silence-blocks", "identity-kept-by-lease"]),
     "asks-back-once": (areas.AsksBackOnce, ["revocation-repeated"]),
     "never-asks-again": (areas.NeverAsksAgain, ["revocation-asked-again"]),
@@ -81,6 +81,9 @@ WRONG: dict[str, tuple[type[Relay], list[str]]] = {
     "believes-known-fences": (areas.BelievesKnownFences, ["known-fence-not-believed"]),
     "leaves-out-too-early": (areas.LeavesOutTooEarly, ["rests-until-acknowledged"]),
     "says-run-once": (areas.SaysRunOnce, ["run-said-again"]),
+    "ignores-bodies": (bodies.IgnoresBodies, ["second-body", "refused-body", "refused-body-alone"]),
+    "forgets-silent-bodies": (bodies.ForgetsSilentBodies, ["second-body", "refused-body-alone"]),
+    "forgets-bodies-at-start": (bodies.ForgetsBodiesAtStart, ["second-body-over-start", "refused-body-over-start"]),
     "never-stands-by": (others.NeverStandsBy, ["stands-by"]),
     "grants-standing-by": (others.GrantsStandingBy, ["stands-by"]),
     "other-instances": (others.OtherInstances, ["other-instance-counts-not"]),
