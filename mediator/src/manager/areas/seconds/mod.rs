@@ -7,116 +7,16 @@
 //! heard, until a new one is taken in, which is taken for its next process. Where the robot itself was heard last such a one is the robot,
 //! for all that is known, until the robot is heard elsewhere.
 
+mod second;
+
+pub(crate) use second::Known;
+use second::{Hold, Second};
+
 /// More processes of one robot than this are not told from each other. A holder of the robot's certificate can invent any number.
 const PROCESSES: usize = 8;
 
-/// No process sends so many reports that nobody hears, in a century.
-const MOST_REPORTS: u64 = 1 << 40;
-
 /// All beyond [`PROCESSES`] together; none has that boot epoch. Where one of them is found, people say when nobody is there any more.
 const OTHERS: u64 = 0;
-
-/// The body of a process in an area.
-#[derive(Clone, Copy, Debug)]
-struct Hold {
-    area: usize,
-    /// Until then it counts as heard there.
-    heard_until_ns: u64,
-    /// It was found: it is there, too, when it is silent.
-    is_found: bool,
-    /// People were told that it is silent.
-    told: bool,
-    /// The robot is in the area itself, and it is one body with this one, for all that is known.
-    is_robot: bool,
-}
-
-impl Hold {
-    fn of(area: usize, is_robot: bool) -> Self {
-        Self {
-            area,
-            heard_until_ns: 0,
-            is_found: false,
-            told: false,
-            is_robot,
-        }
-    }
-}
-
-/// A process, and the areas in which its body stands.
-#[derive(Clone, Debug)]
-struct Second {
-    /// Its boot epoch.
-    process: u64,
-    /// Of its newest report.
-    sequence: u64,
-    is_found: bool,
-    /// It was refused while none that speaks for the robot was heard.
-    alone: bool,
-    /// A new process speaks for the robot, which is its next one if it is heard no more.
-    has_next: bool,
-    holds: Vec<Hold>,
-}
-
-impl Second {
-    /// As a body besides the robot's.
-    fn is_in(&self, area: usize) -> bool {
-        let mut all = self.holds.iter().filter(|own| !own.is_robot);
-        all.any(|own| own.area == area)
-    }
-
-    /// What else is known of it. Returns whether it is there, too, when it is silent.
-    fn note(&mut self, known: Known) -> bool {
-        match known {
-            Known::Nothing => return self.is_found,
-            Known::Alone => self.alone |= !self.is_found,
-            Known::Found => self.alone = false,
-        }
-        self.has_next = false;
-        self.is_found |= known != Known::Nothing;
-        self.is_found
-    }
-
-    /// Takes in the number of a report, none of an old one. Returns whether the process can have reached it: what somebody else says in
-    /// its name may be so, too.
-    fn has_sent(&mut self, sequence: u64) -> Option<bool> {
-        if sequence <= self.sequence {
-            return None;
-        }
-        let is_reached = sequence <= self.sequence.saturating_add(MOST_REPORTS);
-        if is_reached {
-            self.sequence = sequence;
-        }
-        Some(is_reached)
-    }
-
-    /// Its body stands there. Returns whether that is news to others, and to the journal.
-    fn hold(&mut self, area: usize, is_robot: bool, is_found: bool, until_ns: u64) -> (bool, bool) {
-        let known = self.holds.iter().position(|own| own.area == area);
-        let place = known.unwrap_or_else(|| {
-            self.holds.push(Hold::of(area, is_robot));
-            self.holds.len() - 1
-        });
-        let own = &mut self.holds[place];
-        own.heard_until_ns = own.heard_until_ns.max(until_ns);
-        own.told = false;
-        let appears = own.is_robot && !is_robot;
-        let is_news = is_found && !own.is_found || own.is_found && appears;
-        own.is_found |= is_found;
-        own.is_robot &= is_robot;
-        (!is_robot && (known.is_none() || appears), is_news)
-    }
-}
-
-/// What is known of such a process.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Known {
-    /// It may be the robot's next process, or late words of one that is gone.
-    Nothing,
-    /// None that speaks for the robot is heard, and this one is refused: for all that is known it is the robot.
-    Alone,
-    /// It was found beside the one that speaks for the robot: it is another body.
-    Found,
-}
 
 /// What a report of such a process says of where it stands.
 #[derive(Clone, Copy, Debug)]

@@ -1,4 +1,5 @@
-use super::{Change, Found, Known, MOST_REPORTS, PROCESSES, Said, Seconds};
+use super::second::MOST_REPORTS;
+use super::{Change, Found, Known, PROCESSES, Said, Seconds};
 
 fn said(process: u64, sequence: u64, areas: &[usize], until_ns: u64) -> Said<'_> {
     Said {
