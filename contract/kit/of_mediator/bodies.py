@@ -109,32 +109,33 @@ def refused_body(fleet: Fleet) -> None:
     body.leaves()
 
 
-@SUITE.check("refused-body-alone", REFUSED, STAYS, needs=["2 robots"])
-def refused_body_alone(fleet: Fleet) -> None:
-    """Where a process stands that is refused, and nobody else is heard as that robot, nobody is let in, also when it is silent."""
+def refused_alone(fleet: Fleet) -> Body:
+    """The first robot is heard no more, and a process of it that is refused says that it stands in the area."""
     first = fleet.robots[0]
     first.speaks = False
     time.sleep(page.SILENT_S + page.LEVEL_S)
     body = Body(fleet, first, has_floor=False)
     body.keeps_out(f"a process of {first.robot_id} with another floor stands in it")
     body.process.speaks = False
+    return body
+
+
+@SUITE.check("refused-body-alone", REFUSED, STAYS, needs=["2 robots"])
+def refused_body_alone(fleet: Fleet) -> None:
+    """Where a process stands that is refused, and nobody else is heard as that robot, nobody is let in, also when it is silent."""
+    body = refused_alone(fleet)
     time.sleep(2 * page.SILENT_S)
-    body.keeps_out(f"a process of {first.robot_id} with another floor stood there when it was heard last")
+    body.keeps_out(f"a process of {fleet.robots[0].robot_id} with another floor stood there when it was heard last")
     body.leaves()
     time.sleep(page.SILENT_S + page.LEVEL_S)
-    first.speaks = True
+    fleet.robots[0].speaks = True
 
 
 @SUITE.check("refused-body-over-start", STAYS, needs=["--start", "2 robots"])
 def refused_body_over_start(fleet: Fleet) -> None:
     """A mediator that starts again with its journal knows where one stood that was refused, and is silent."""
-    first = fleet.robots[0]
-    first.speaks = False
-    time.sleep(page.SILENT_S + page.LEVEL_S)
-    body = Body(fleet, first, has_floor=False)
-    body.keeps_out(f"a process of {first.robot_id} with another floor stands in it")
-    body.process.speaks = False
-    first.speaks = True
+    body = refused_alone(fleet)
+    fleet.robots[0].speaks = True
     over_a_start(fleet)
-    body.keeps_out(f"a process of {first.robot_id} with another floor stood there when the mediator before heard it last")
+    body.keeps_out(f"a process of {fleet.robots[0].robot_id} with another floor stood there when the mediator before heard it last")
     body.leaves()

@@ -173,8 +173,8 @@ pub enum Alarm {
         robot: String,
         area: String,
     },
-    /// More robots than it holds stand in an area.
-    #[error("area `{area}` holds at most {capacity} robots, and {found} are in it: {robots}")]
+    /// More robots than it holds stand in an area, or may still come in.
+    #[error("area `{area}` holds at most {capacity} robots, and {found} are in it, or may still come in: {robots}")]
     Overfull {
         area: String,
         capacity: u32,
