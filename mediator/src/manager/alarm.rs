@@ -174,7 +174,9 @@ pub enum Alarm {
         area: String,
     },
     /// More robots than it holds stand in an area, or may still come in.
-    #[error("area `{area}` holds at most {capacity} robots, and {found} are in it, or may still come in: {robots}")]
+    #[error(
+        "area `{area}` holds at most {capacity} robots, and {found} are in it, or may still come in: {robots}"
+    )]
     Overfull {
         area: String,
         capacity: u32,

@@ -184,8 +184,8 @@ impl Areas {
         left
     }
 
-    /// A process speaks for the robot from now on: it is not in its own way, nor, if it is new, is one before it that was refused.
-    /// Returns whether the journal must know.
+    /// A process speaks for the robot from now on: it is not in its own way, nor, if it is new, for longer than it is heard one before it
+    /// that was refused. Returns whether the journal must know.
     pub(crate) fn promote_second(&mut self, robot: usize, boot_epoch: u64, is_new: bool) -> bool {
         let areas = self.robots[robot].seconds.promote(boot_epoch, is_new);
         self.free_of_seconds(robot, &areas);

@@ -50,7 +50,8 @@ pub(super) struct Second {
     pub(super) is_found: bool,
     /// It was refused while none that speaks for the robot was heard.
     pub(super) alone: bool,
-    /// A new process speaks for the robot, which is its next one if it is heard no more.
+    /// A new process speaks for the robot, which is its next one if it is heard no more. The journal does not know: what a mediator that
+    /// starts in that second keeps blocked, people clear.
     pub(super) has_next: bool,
     pub(super) holds: Vec<Hold>,
 }
