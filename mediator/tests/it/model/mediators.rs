@@ -260,9 +260,9 @@ impl Fleet {
             Alarm::OlderJournal { .. } | Alarm::GoesOn { .. } if asked => tally.asked += 1,
             Alarm::Intruder { .. } | Alarm::Overfull { .. } if elsewhere => tally.intruders += 1,
             // The journal has lost who gave an area back, and who has it now; neither process knows.
-            Alarm::Overfull { .. } if tally.power_losses > 0 => {}
+            Alarm::Overfull { .. } if lost => {}
             // Of robots that ask for what they do not need, while something hinders them.
-            Alarm::Circle { .. } if elsewhere || tally.cuts > 0 => {}
+            Alarm::Circle { .. } if elsewhere || tally.cuts + tally.lost > 0 => {}
             // An area that was closed for good may be the one that robots get out of the way to.
             Alarm::LetGo { .. } if ordered => {}
             Alarm::LetGo { ref coordination }
