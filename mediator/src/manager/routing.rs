@@ -186,8 +186,8 @@ impl Manager {
         let recognised = (self.sessions).recognise(robot, report, ours, now_ns, effects);
         let speaks = recognised.promoted || recognised.counts;
         let frees = speaks && {
-            let (boot_epoch, is_new) = (report.boot_epoch, recognised.promoted);
-            self.areas.promote_second(robot, boot_epoch, is_new)
+            self.areas
+                .promote_second(robot, report, recognised.promoted)
         };
         if recognised.promoted || self.sessions.is_awaited(robot) {
             // Nothing was granted since: wherever it is, it was before.

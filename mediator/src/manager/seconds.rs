@@ -3,7 +3,7 @@
 use contract::wire::RobotReport;
 
 use super::alarm::Alarm;
-use super::areas::Known;
+use super::areas::{Known, SecondHeard};
 use super::names::second_of;
 use super::routing::Manager;
 
@@ -31,8 +31,14 @@ impl Manager {
         // One that was found before never speaks for the robot, whoever is heard: it stays another body.
         let speaks = session.is_alive(now_ns) || session.is_heard();
         let beside = speaks || session.is_retired(report.boot_epoch);
+        let lives = self.sessions.hears_since_taken_in(robot, report);
+        let heard = SecondHeard {
+            known,
+            beside,
+            lives,
+        };
         let until_ns = self.sessions.heard_until_ns(now_ns);
-        if (self.areas).hold_for_second(robot, report, (known, beside), until_ns) {
+        if (self.areas).hold_for_second(robot, report, heard, until_ns) {
             self.store_robot(robot);
         }
     }

@@ -748,6 +748,69 @@ fn one_that_was_refused_where_its_robot_stood_is_in_the_way_when_that_has_left()
     }
 }
 
+/// Its battery is empty a second after the robot itself was switched on elsewhere.
+#[test]
+fn one_that_was_refused_alone_and_is_heard_once_beside_a_new_one_is_in_the_way() {
+    let (mut manager, mut robots) = on_a_known_floor();
+    let (clone, situation) = clone_of_the_second(8, AREA);
+    robots[1] = (clone.on(floor(4.0)), situation);
+    rounds(&mut manager, &mut robots, 0..20);
+    let (client, _) = clone_of_the_second(9, "yard");
+    robots.push((client.on(floor(3.0)), stands_in("yard")));
+    rounds(&mut manager, &mut robots, 20..25);
+    assert!(robots[3].0.is_registered());
+    robots.remove(1);
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    rounds(&mut manager, &mut robots, 25..60);
+    assert!(!robots[0].0.holds(AREA));
+    let told = |alarm: &Alarm| matches!(alarm, Alarm::SilentSecond { areas, .. } if areas == AREA);
+    assert!(manager.alarms().any(|alarm| told(&alarm)));
+}
+
+/// Found beside the robot, and switched off; then mediator and robot start again.
+#[test]
+fn one_that_was_refused_alone_and_found_then_is_no_former_process_of_the_robot_after_a_start() {
+    let mut stored = begun(1);
+    let (mut manager, mut robots) = on_a_known_floor();
+    let first = robots.remove(1);
+    let (clone, situation) = clone_of_the_second(8, AREA);
+    robots.push((clone.on(floor(4.0)), situation));
+    rounds(&mut manager, &mut robots, 0..10);
+    robots.push(first);
+    rounds(&mut manager, &mut robots, 10..40);
+    robots.truncate(2);
+    manager.entries().for_each(|entry| stored.apply(entry));
+    let setup = Setup {
+        floor: floor(3.0),
+        ..setup()
+    };
+    let started_ns = NOW_NS + 40 * STEP_NS;
+    let mut manager = Manager::new(&setup, &stored, started_ns).expect("valid");
+    let (client, _) = clone_of_the_second(9, "yard");
+    robots.push((client.on(floor(3.0)), stands_in("yard")));
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    rounds(&mut manager, &mut robots, 40..120);
+    assert!(robots[2].0.is_registered());
+    assert!(!robots[0].0.holds(AREA));
+}
+
+/// It said where it stands as long as another one spoke for the robot, and then lost its pose.
+#[test]
+fn one_that_is_taken_in_without_a_pose_is_where_it_said_that_it_is() {
+    let (mut manager, mut robots) = asked_for();
+    robots[0].1.wanted.clear();
+    robots[2].1.wanted.clear();
+    robots.push(clone_of_the_second(8, AREA));
+    rounds(&mut manager, &mut robots, 0..3);
+    robots[3].1 = Situation::default();
+    robots.remove(1);
+    rounds(&mut manager, &mut robots, 3..30);
+    assert!(robots[2].0.is_registered());
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    rounds(&mut manager, &mut robots, 30..50);
+    assert!(!robots[0].0.holds(AREA));
+}
+
 /// It is pushed out of one area into another, and is one body.
 #[test]
 fn one_that_is_refused_alone_is_where_it_says_that_it_is() {

@@ -30,6 +30,7 @@ mod takeover;
 pub(crate) use reservations::{Reservations, Reserved};
 pub(crate) use seconds::Known;
 pub(crate) use table::Areas;
+pub(crate) use takeover::SecondHeard;
 
 #[cfg(test)]
 mod tests;

@@ -58,7 +58,7 @@ impl Areas {
                 let found = Found {
                     process: second.boot_epoch,
                     sequence: second.sequence,
-                    alone: second.alone,
+                    alone: second.alone && !record.found.contains(&second.boot_epoch),
                     areas: known(&second.stands_in)?,
                     with_robot: known(&second.with_robot)?,
                 };
@@ -149,9 +149,9 @@ fn gone_for_good<'a>(areas: &Areas, stored: &'a Stored) -> BTreeSet<&'a str> {
     };
     let robots = { stored.robots.iter() }.filter(|(id, record)| {
         let is_somewhere = |second: &SecondRecord| !second.stands_in.is_empty();
-        let stands = !record.stands_in.is_empty() || record.seconds.iter().any(is_somewhere);
-        let nowhere = record.absent && !stands && !has(id);
-        areas.names.robot(id).is_none() && (record.session == 0 || nowhere)
+        let other = record.seconds.iter().any(is_somewhere);
+        let nowhere = record.absent && record.stands_in.is_empty() && !has(id);
+        areas.names.robot(id).is_none() && !other && (record.session == 0 || nowhere)
     });
     robots.map(|(id, _)| id.as_str()).collect()
 }

@@ -12,6 +12,16 @@ use crate::journal::Entry;
 use crate::manager::alarm::{Alarm, BadReport};
 use crate::manager::effects::Effects;
 
+/// What is known of a process that does not speak for its robot, and is heard.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct SecondHeard {
+    pub(crate) known: Known,
+    /// It runs beside the one that speaks for the robot.
+    pub(crate) beside: bool,
+    /// It has heard what was said after that one was taken in.
+    pub(crate) lives: bool,
+}
+
 impl Areas {
     /// A robot accounts for itself: what its report says is all that it has, whatever was known of it. Runs may have smaller
     /// numbers than here, where it has restarted with another mediator in between. Returns whether it has other areas than was
@@ -130,14 +140,10 @@ impl Areas {
         &mut self,
         robot: usize,
         report: &RobotReport,
-        (known, beside): (Known, bool),
+        heard: SecondHeard,
         until_ns: u64,
     ) -> bool {
         let occupant = &mut self.robots[robot];
-        if !report.located {
-            let (process, sequence) = (report.boot_epoch, report.sequence);
-            return (occupant.seconds).hear(process, sequence, known, until_ns);
-        }
         let mut areas: Vec<usize> = { report.stands_in.iter() }
             .filter_map(|id| self.names.area(id))
             .collect();
@@ -145,16 +151,22 @@ impl Areas {
         areas.dedup();
         let (areas, with_robot): (Vec<_>, Vec<_>) = areas.into_iter().partition(|&area| {
             let is_its_own = occupant.seconds.is_in(report.boot_epoch, area);
-            beside || is_its_own || !occupant.stands_in(area)
+            heard.beside || is_its_own || !occupant.stands_in(area)
         });
-        let change = occupant.seconds.take_in(&Said {
+        let said = Said {
             process: report.boot_epoch,
             sequence: report.sequence,
-            known,
+            known: heard.known,
+            lives: heard.lives,
             areas: &areas,
             with_robot: &with_robot,
             until_ns,
-        });
+        };
+        let change = if report.located {
+            occupant.seconds.take_in(&said)
+        } else {
+            occupant.seconds.hear(&said, heard.beside)
+        };
         for area in change.areas {
             self.concern(area, robot);
             self.unconcern(area, robot);
@@ -184,12 +196,22 @@ impl Areas {
         left
     }
 
-    /// A process speaks for the robot from now on: it is not in its own way, nor, if it is new, for longer than it is heard one before it
-    /// that was refused. Returns whether the journal must know.
-    pub(crate) fn promote_second(&mut self, robot: usize, boot_epoch: u64, is_new: bool) -> bool {
-        let areas = self.robots[robot].seconds.promote(boot_epoch, is_new);
-        self.free_of_seconds(robot, &areas);
-        !areas.is_empty()
+    /// A process speaks for the robot: it is not in its own way, nor, if it is new, for longer than it is heard one before it that was
+    /// refused. Where it said that it stands it is, also when it does not know any more. Returns whether the journal must know.
+    pub(crate) fn promote_second(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        is_new: bool,
+    ) -> bool {
+        let seconds = &mut self.robots[robot].seconds;
+        let (own, appear) = seconds.promote(report.boot_epoch, is_new);
+        if !report.located {
+            self.suspect_in(robot, own.iter().copied());
+        }
+        self.free_of_seconds(robot, &own);
+        self.free_of_seconds(robot, &appear);
+        !own.is_empty() || !appear.is_empty()
     }
 
     fn free_of_seconds(&mut self, robot: usize, areas: &[usize]) {
@@ -205,9 +227,13 @@ impl Areas {
         if !report.located {
             return false;
         }
-        let mut news = false;
         let areas = { report.stands_in.iter() }.filter_map(|id| self.names.area(id));
-        for area in areas.collect::<Vec<usize>>() {
+        self.suspect_in(robot, areas.collect::<Vec<usize>>())
+    }
+
+    fn suspect_in(&mut self, robot: usize, areas: impl IntoIterator<Item = usize>) -> bool {
+        let mut news = false;
+        for area in areas {
             let occupant = &mut self.robots[robot];
             if occupant.stands_in(area) {
                 continue;

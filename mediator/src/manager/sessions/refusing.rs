@@ -136,7 +136,8 @@ impl Sessions {
         let Some(alarm) = alarm else {
             if !session.refusal(report.boot_epoch).is_empty() {
                 session.refused = None;
-                session.candidate = None;
+                // What it was told is over; what another one was offered is not.
+                (session.candidate).take_if(|own| own.boot_epoch == report.boot_epoch);
             }
             return true;
         };
@@ -150,7 +151,15 @@ impl Sessions {
         if session.refuse(report.boot_epoch, refusal.clone(), now_ns) {
             effects.tell(robot);
         } else {
-            self.send_refusal(self.refusal(report, refusal));
+            session.sent += 1;
+            let refusal = MediatorReport {
+                // It has heard other messages, of a larger number perhaps than its own.
+                sequence: session.sent,
+                floor_hash: self.names.floor.hash(),
+                floor: self.names.floor.say(),
+                ..self.refusal(report, refusal)
+            };
+            self.send_refusal(refusal);
         }
         false
     }

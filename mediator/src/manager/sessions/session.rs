@@ -93,7 +93,7 @@ pub(crate) struct Session {
     /// it have left.
     taken_in_ns: Option<u64>,
     /// Number of the last message to the robot when that process was taken in; 0 when it is that of the journal.
-    taken_in_at: u64,
+    pub(super) taken_in_at: u64,
     /// Number of the last message to it when the body had entered all that it could.
     at_rest: Option<u64>,
     pub(crate) silent: bool,

@@ -187,6 +187,12 @@ impl Sessions {
         self.robots[robot].may_be_second(report.boot_epoch, heard(report, self.epoch))
     }
 
+    /// The report is of a process that has heard what was said after the one was taken in that speaks for the robot: both live.
+    pub(crate) fn hears_since_taken_in(&self, robot: usize, report: &RobotReport) -> bool {
+        let at = self.robots[robot].taken_in_at;
+        at > 0 && heard(report, self.epoch).is_some_and(|echo| echo > at)
+    }
+
     /// Whoever is heard now counts as heard until then.
     pub(crate) fn heard_until_ns(&self, now_ns: u64) -> u64 {
         now_ns.saturating_add(self.silent_after_ns)

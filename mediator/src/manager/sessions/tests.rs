@@ -302,3 +302,28 @@ fn a_robot_that_has_used_up_its_sessions_is_told_so() {
     let taken = report(7, SESSIONS_PER_EPOCH, 2);
     assert!((sessions.recognise(0, &taken, true, LATER_NS, &mut effects)).promoted);
 }
+
+/// One that is refused reports between the offer and its answer.
+#[test]
+fn one_that_is_refused_neither_keeps_another_out_nor_hears_a_number_of_its_own() {
+    let (mut sessions, mut effects) = sessions();
+    let refused = |sequence| RobotReport {
+        floor_hash: 1,
+        ..report(8, 0, sequence)
+    };
+    sessions.recognise(0, &report(9, 0, 1), true, 0, &mut effects);
+    let own = sessions.recognise(0, &refused(18_000), true, 1, &mut effects);
+    assert_eq!(own, Recognised::default());
+    let told = sessions.next_refusal().expect("it hears why");
+    assert!(told.boot_epoch == 8 && told.refusal.contains("floor") && told.sequence < 100);
+    assert_eq!(told.floor_hash, Floor::default().hash());
+    let taken_in = sessions.recognise(0, &report(9, 1, 2), true, 2, &mut effects);
+    assert!(taken_in.promoted);
+    // Its file was mended meanwhile: what it was told is over, what another one is offered is not.
+    let (mut sessions, mut effects) = self::sessions();
+    sessions.recognise(0, &refused(1), true, 0, &mut effects);
+    sessions.recognise(0, &report(9, 0, 1), true, 1, &mut effects);
+    sessions.recognise(0, &report(8, 0, 2), true, 2, &mut effects);
+    let taken_in = sessions.recognise(0, &report(9, 1, 2), true, 3, &mut effects);
+    assert!(taken_in.promoted);
+}

@@ -27,6 +27,8 @@ pub(crate) struct Said<'a> {
     pub(crate) sequence: u64,
     /// It is there, too, when it is silent.
     pub(crate) known: Known,
+    /// It has heard what was said after a new process was taken in: that is not its next one.
+    pub(crate) lives: bool,
     /// Where its body stands,
     pub(crate) areas: &'a [usize],
     /// and where that is the robot's own one, for all that is known.
@@ -81,51 +83,54 @@ impl Seconds {
         own.holds = areas.chain(with_robot).map(hold).collect();
     }
 
-    /// A process that does not know where it is any more is heard: it is where it was. Returns whether one is found now, which the
-    /// journal must know.
-    pub(super) fn hear(
-        &mut self,
-        process: u64,
-        sequence: u64,
-        known: Known,
-        until_ns: u64,
-    ) -> bool {
-        let mut is_found = known != Known::Nothing;
-        let own = self.find(process);
+    /// A process that does not know where it is any more is heard: it is where it was, whatever it says.
+    pub(super) fn hear(&mut self, said: &Said<'_>, beside: bool) -> Change {
+        let mut change = Change::default();
+        let mut is_found = said.known != Known::Nothing;
+        let own = self.find(said.process);
         // Where one was that is not told from others nobody knows: in all areas of these, then.
         let Some(place) = own.or_else(|| self.find(OTHERS).filter(|_| is_found)) else {
-            return false;
+            return change;
         };
         let own = &mut self.0[place];
         if own.process != OTHERS {
-            is_found = own.note(known);
-            if own.has_sent(sequence).is_none() {
-                return false;
+            change.found |= own.note(said.known);
+            own.has_next &= !said.lives;
+            is_found = own.is_found;
+            if own.has_sent(said.sequence).is_none() {
+                return change;
             }
         }
-        let mut is_news = false;
+        if beside {
+            for appears in own.is_another() {
+                change.areas.push(appears.area);
+                change.found |= appears.is_found;
+            }
+        }
         for hold in &mut own.holds {
-            hold.heard_until_ns = hold.heard_until_ns.max(until_ns);
+            hold.heard_until_ns = hold.heard_until_ns.max(said.until_ns);
             hold.told = false;
-            is_news |= is_found && !hold.is_found;
+            change.found |= is_found && !hold.is_found;
             hold.is_found |= is_found;
         }
-        is_news
+        change
     }
 
     /// A process says where it stands.
     pub(super) fn take_in(&mut self, said: &Said<'_>) -> Change {
         let place = self.place_of(said.process);
         let own = &mut self.0[place];
+        let mut change = Change::default();
         let (mut is_found, mut moves) = (said.known != Known::Nothing, false);
         if own.process != OTHERS {
             let Some(is_reached) = own.has_sent(said.sequence) else {
-                return Change::default();
+                return change;
             };
-            is_found = own.note(said.known);
+            change.found |= own.note(said.known);
+            own.has_next &= !said.lives;
+            is_found = own.is_found;
             moves = is_found && is_reached;
         }
-        let mut change = Change::default();
         let areas = said.areas.iter().map(|&area| (area, false));
         let with_robot = said.with_robot.iter().map(|&area| (area, true));
         for (area, is_robot) in areas.chain(with_robot) {
@@ -285,20 +290,26 @@ impl Seconds {
         )
     }
 
-    /// The process speaks for the robot from now on. One that is new is the next one of those that reported alone, unless these are heard
-    /// beside it. Returns the areas that it held itself.
-    pub(super) fn promote(&mut self, process: u64, is_new: bool) -> Vec<usize> {
+    /// The process speaks for the robot. One that is new is the next one of those that reported alone, unless these are heard beside it; one
+    /// that spoke before they did is another one. Returns the areas that it held itself, and those with a body more.
+    pub(super) fn promote(&mut self, process: u64, is_new: bool) -> (Vec<usize>, Vec<usize>) {
         let own = self.0.extract_if(.., |own| own.process == process);
         let areas = own.flat_map(|own| own.holds).map(|own| own.area).collect();
-        let alone = self.0.iter_mut().filter(|own| own.alone);
-        alone.for_each(|own| own.has_next |= is_new);
-        areas
+        let mut appear = Vec::new();
+        for own in self.0.iter_mut().filter(|own| own.alone) {
+            own.has_next |= is_new;
+            if !is_new {
+                appear.extend(own.is_another().map(|own| own.area));
+            }
+        }
+        (areas, appear)
     }
 
     /// An operator says that none is in the area of those that are not heard. Returns whether there were any.
     pub(super) fn leave_silent(&mut self, area: usize, now_ns: u64) -> bool {
         let left = self.are_silent_in(area, now_ns);
-        self.end(area, |own| now_ns > own.heard_until_ns);
+        // Who is the robot itself, for all that is known, goes with it.
+        self.end(area, |own| !own.is_robot && now_ns > own.heard_until_ns);
         left
     }
 

@@ -63,15 +63,25 @@ impl Second {
         all.any(|own| own.area == area)
     }
 
-    /// What else is known of it. Returns whether it is there, too, when it is silent.
+    /// What else is known of it. Returns whether that is news to the journal.
     pub(super) fn note(&mut self, known: Known) -> bool {
+        let before = (self.alone, self.is_found);
         match known {
-            Known::Nothing => return self.is_found,
+            Known::Nothing => return false,
             Known::Alone => self.alone |= !self.is_found,
             Known::Found => self.alone = false,
         }
         (self.has_next, self.is_found) = (false, true);
-        true
+        before != (self.alone, self.is_found)
+    }
+
+    /// Wherever it might have been the robot it is another one. Returns areas with a body more.
+    pub(super) fn is_another(&mut self) -> impl Iterator<Item = &Hold> {
+        let appear = self.holds.iter_mut().filter(|own| own.is_robot);
+        appear.map(|own| {
+            own.is_robot = false;
+            &*own
+        })
     }
 
     /// Takes in the number of a report, none of an old one. Returns whether the process can have reached it: what somebody else says in

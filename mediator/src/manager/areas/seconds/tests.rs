@@ -6,6 +6,7 @@ fn said(process: u64, sequence: u64, areas: &[usize], until_ns: u64) -> Said<'_>
         process,
         sequence,
         known: Known::Nothing,
+        lives: false,
         areas,
         with_robot: &[],
         until_ns,
@@ -22,6 +23,20 @@ fn stood(process: u64, sequence: u64, areas: &[usize]) -> Found {
     }
 }
 
+/// It is heard without a pose. Returns whether the journal must know.
+fn hear(seconds: &mut Seconds, process: u64, sequence: u64, known: Known, until_ns: u64) -> bool {
+    let said = Said {
+        known,
+        ..said(process, sequence, &[], until_ns)
+    };
+    seconds.hear(&said, known == Known::Found).found
+}
+
+/// It speaks for the robot. Returns the areas that it had beside it.
+fn promote(seconds: &mut Seconds, process: u64, is_new: bool) -> Vec<usize> {
+    seconds.promote(process, is_new).0
+}
+
 #[test]
 fn what_one_process_says_ends_no_hold_of_another() {
     let mut seconds = Seconds::default();
@@ -33,8 +48,8 @@ fn what_one_process_says_ends_no_hold_of_another() {
     assert_eq!(seconds.drop_silent(10), Change::default());
     assert_eq!(seconds.drop_silent(16).areas, [3]);
     assert_eq!(seconds.areas(), [3, 4]);
-    assert!(seconds.promote(9, true).is_empty());
-    assert_eq!(seconds.promote(8, true), [3, 4]);
+    assert!(promote(&mut seconds, 9, true).is_empty());
+    assert_eq!(promote(&mut seconds, 8, true), [3, 4]);
     assert!(seconds.areas().is_empty());
     seconds.take_in(&said(8, 3, &[3, 4], 20));
     seconds.leave(3);
@@ -123,18 +138,23 @@ fn one_that_is_found_among_too_many_holds_as_well() {
 fn one_that_has_no_pose_when_it_is_found_is_where_it_was() {
     let mut seconds = Seconds::default();
     seconds.take_in(&said(7, 1, &[3], 10));
-    assert!(!seconds.hear(7, 2, Known::Nothing, 20));
+    assert!(!hear(&mut seconds, 7, 2, Known::Nothing, 20));
     assert!(seconds.drop_silent(15).areas.is_empty(), "it reports on");
-    assert!(seconds.hear(7, 3, Known::Found, 20) && !seconds.hear(7, 4, Known::Found, 30));
+    assert!(
+        hear(&mut seconds, 7, 3, Known::Found, 20) && !hear(&mut seconds, 7, 4, Known::Found, 30)
+    );
     assert!(seconds.drop_silent(1000).areas.is_empty());
     assert_eq!(seconds.found().collect::<Vec<_>>(), [stood(7, 4, &[3])]);
     // Nor one that is not told from others.
     for process in 11..10 + PROCESSES as u64 {
         seconds.take_in(&said(process, 1, &[4], 10));
     }
-    assert!(!seconds.hear(30, 1, Known::Found, 20), "it was nowhere");
+    assert!(
+        !hear(&mut seconds, 30, 1, Known::Found, 20),
+        "it was nowhere"
+    );
     seconds.take_in(&said(30, 1, &[5], 10));
-    assert!(seconds.hear(30, 2, Known::Found, 20) && seconds.are_heard_in(5, 20));
+    assert!(hear(&mut seconds, 30, 2, Known::Found, 20) && seconds.are_heard_in(5, 20));
 }
 
 #[test]
@@ -168,10 +188,10 @@ fn one_that_reports_alone_is_where_it_is_until_another_one_is_taken_in() {
     for seconds in [&mut seconds, &mut next] {
         assert_eq!(seconds.take_in(&alone(2, &[4])).areas, [4, 3]);
         // The one that spoke for the robot before is back: it is another one.
-        assert!(seconds.promote(7, false).is_empty() && seconds.are_in(4));
+        assert!(promote(seconds, 7, false).is_empty() && seconds.are_in(4));
         assert_eq!(seconds.drop_silent(11), Change::default());
         // It may be this one, and may be heard beside it.
-        assert!(seconds.promote(9, true).is_empty() && seconds.are_in(4));
+        assert!(promote(seconds, 9, true).is_empty() && seconds.are_in(4));
         assert_eq!(seconds.drop_silent(10), Change::default());
         assert!(seconds.found().next().is_some());
         let gone = seconds.drop_silent(11);
@@ -183,7 +203,11 @@ fn one_that_reports_alone_is_where_it_is_until_another_one_is_taken_in() {
         ..alone(4, &[4])
     };
     seconds.take_in(&found);
-    assert!(seconds.promote(9, true).is_empty(), "it ran beside it");
+    assert!(promote(&mut seconds, 9, true).is_empty());
+    assert!(
+        seconds.drop_silent(1000).areas.is_empty(),
+        "it ran beside it"
+    );
 }
 
 /// Somebody else has reported in its name.
@@ -241,4 +265,85 @@ fn one_that_may_be_the_robot_is_a_body_more_when_the_robot_is_heard_elsewhere() 
     });
     assert_eq!(seconds.drop_silent(11).areas, [4]);
     assert!(!seconds.robot_leaves(4));
+}
+
+#[test]
+fn one_that_hears_what_is_said_after_a_new_one_was_taken_in_is_another_one() {
+    let mut seconds = Seconds::default();
+    let alone = Said {
+        known: Known::Alone,
+        ..said(8, 1, &[3], 10)
+    };
+    seconds.take_in(&alone);
+    seconds.promote(9, true);
+    seconds.take_in(&Said {
+        lives: true,
+        ..said(8, 2, &[3], 20)
+    });
+    assert!(seconds.drop_silent(1000).areas.is_empty() && seconds.are_found_in(3));
+}
+
+/// As long as nobody else is heard in its area it is one body with the robot, which people clear.
+#[test]
+fn who_clears_an_area_of_others_does_not_clear_it_of_who_may_be_the_robot() {
+    let mut seconds = Seconds::default();
+    seconds.take_in(&Said {
+        known: Known::Alone,
+        with_robot: &[4],
+        ..said(8, 1, &[], 10)
+    });
+    assert!(!seconds.leave_silent(4, 11));
+    assert!(seconds.robot_leaves(4) && seconds.are_in(4));
+    assert!(seconds.leave_silent(4, 11) && !seconds.are_in(4));
+}
+
+/// The one that spoke for the robot before is heard again where it was: both are there.
+#[test]
+fn one_that_may_be_the_robot_is_another_one_when_that_is_heard_again() {
+    for is_silent in [true, false] {
+        let mut seconds = Seconds::default();
+        let alone = Said {
+            known: Known::Alone,
+            with_robot: &[4],
+            ..said(8, 1, &[], 10)
+        };
+        seconds.take_in(&alone);
+        if is_silent {
+            assert_eq!(seconds.promote(7, false), (Vec::new(), vec![4]));
+        } else {
+            let lost = Said {
+                known: Known::Found,
+                ..said(8, 2, &[], 20)
+            };
+            let change = seconds.hear(&lost, true);
+            assert!(change.areas == [4] && change.found);
+        }
+        assert_eq!(seconds.bodies(4), 1);
+    }
+}
+
+/// The journal names it as one that is alone until it says otherwise.
+#[test]
+fn that_one_was_found_is_news() {
+    let mut seconds = Seconds::default();
+    let alone = Said {
+        known: Known::Alone,
+        ..said(8, 1, &[3], 10)
+    };
+    seconds.take_in(&alone);
+    let found = Said {
+        known: Known::Found,
+        sequence: 2,
+        ..alone
+    };
+    assert!(seconds.take_in(&found).found);
+    let mut nowhere = Seconds::default();
+    assert!(
+        nowhere
+            .take_in(&Said {
+                areas: &[],
+                ..found
+            })
+            .found
+    );
 }
