@@ -64,6 +64,12 @@ fn clone_of_the_second(boot_epoch: u64, area: &str) -> (Client, Situation) {
     (Client::new("amr-2", "hall", boot_epoch), stands_in(area))
 }
 
+/// It is refused.
+fn one_with_another_floor(boot_epoch: u64, area: &str) -> (Client, Situation) {
+    let (client, situation) = clone_of_the_second(boot_epoch, area);
+    (client.on(floor(4.0)), situation)
+}
+
 #[test]
 fn each_of_several_is_in_the_way() {
     let (mut manager, mut robots) = asked_for();
@@ -621,8 +627,7 @@ fn robots_that_wait_for_one_do_not_wait_for_each_other() {
 #[test]
 fn one_that_is_refused_for_its_floor_is_found_as_well() {
     let (mut manager, mut robots) = on_a_known_floor();
-    let (clone, situation) = clone_of_the_second(8, AREA);
-    robots.push((clone.on(floor(4.0)), situation));
+    robots.push(one_with_another_floor(8, AREA));
     for round in 0..30 {
         talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
     }
@@ -643,8 +648,7 @@ fn one_that_is_refused_for_its_floor_is_found_as_well() {
 #[test]
 fn one_that_is_refused_while_nobody_speaks_for_its_robot_is_in_the_way() {
     let (mut manager, mut robots) = on_a_known_floor();
-    let (restarted, situation) = clone_of_the_second(8, AREA);
-    robots[1] = (restarted.on(floor(4.0)), situation);
+    robots[1] = one_with_another_floor(8, AREA);
     for round in 0..30 {
         talk(&mut manager, &mut robots, NOW_NS + round * STEP_NS);
     }
@@ -674,8 +678,7 @@ fn one_that_was_refused_alone_is_in_the_way_when_the_first_one_is_back() {
     let mut stored = begun(1);
     let (mut manager, mut robots) = on_a_known_floor();
     let first = robots.remove(1);
-    let (clone, situation) = clone_of_the_second(8, AREA);
-    robots.push((clone.on(floor(4.0)), situation));
+    robots.push(one_with_another_floor(8, AREA));
     rounds(&mut manager, &mut robots, 0..30);
     robots.pop();
     rounds(&mut manager, &mut robots, 30..40);
@@ -700,8 +703,7 @@ fn one_that_was_refused_alone_is_in_the_way_when_the_first_one_is_back() {
 #[test]
 fn one_that_was_refused_alone_is_in_the_way_beside_a_new_one() {
     let (mut manager, mut robots) = on_a_known_floor();
-    let (clone, situation) = clone_of_the_second(8, AREA);
-    robots[1] = (clone.on(floor(4.0)), situation);
+    robots[1] = one_with_another_floor(8, AREA);
     rounds(&mut manager, &mut robots, 0..20);
     robots[1].1.located = false;
     let (client, _) = clone_of_the_second(9, "yard");
@@ -729,8 +731,7 @@ fn one_that_was_refused_where_its_robot_stood_is_in_the_way_when_that_has_left()
         rounds(&mut manager, &mut robots, 2..5);
         let first = robots.remove(1);
         rounds(&mut manager, &mut robots, 5..12);
-        let (clone, situation) = clone_of_the_second(8, AREA);
-        robots.push((clone.on(floor(4.0)), situation));
+        robots.push(one_with_another_floor(8, AREA));
         rounds(&mut manager, &mut robots, 12..20);
         if !is_heard_on {
             robots.pop();
@@ -752,8 +753,7 @@ fn one_that_was_refused_where_its_robot_stood_is_in_the_way_when_that_has_left()
 #[test]
 fn one_that_was_refused_alone_and_is_heard_once_beside_a_new_one_is_in_the_way() {
     let (mut manager, mut robots) = on_a_known_floor();
-    let (clone, situation) = clone_of_the_second(8, AREA);
-    robots[1] = (clone.on(floor(4.0)), situation);
+    robots[1] = one_with_another_floor(8, AREA);
     rounds(&mut manager, &mut robots, 0..20);
     let (client, _) = clone_of_the_second(9, "yard");
     robots.push((client.on(floor(3.0)), stands_in("yard")));
@@ -773,8 +773,7 @@ fn one_that_was_refused_alone_and_found_then_is_no_former_process_of_the_robot_a
     let mut stored = begun(1);
     let (mut manager, mut robots) = on_a_known_floor();
     let first = robots.remove(1);
-    let (clone, situation) = clone_of_the_second(8, AREA);
-    robots.push((clone.on(floor(4.0)), situation));
+    robots.push(one_with_another_floor(8, AREA));
     rounds(&mut manager, &mut robots, 0..10);
     robots.push(first);
     rounds(&mut manager, &mut robots, 10..40);
@@ -815,8 +814,7 @@ fn one_that_is_taken_in_without_a_pose_is_where_it_said_that_it_is() {
 #[test]
 fn one_that_is_refused_alone_is_where_it_says_that_it_is() {
     let (mut manager, mut robots) = on_a_known_floor();
-    let (restarted, situation) = clone_of_the_second(8, AREA);
-    robots[1] = (restarted.on(floor(4.0)), situation);
+    robots[1] = one_with_another_floor(8, AREA);
     rounds(&mut manager, &mut robots, 0..10);
     robots[1].1 = stands_in("yard");
     robots[0].1.wanted = vec![AREA.to_owned()];

@@ -68,16 +68,16 @@ tally! {
     asked,
     /// Second processes of robots,
     seconds,
-    /// of which those with another floor,
-    others_floor,
-    /// and how often one did not know where it was,
-    lost_seconds,
     /// whose bodies came to the floor,
     bodies,
     /// stood there while nobody spoke for their robot,
     alone,
     /// and of which the mediator has told.
     doubled,
+    /// Those of them that had another floor,
+    others_floor,
+    /// and how often one lost its pose.
+    lost_seconds,
     /// Messages of long ago that were delivered.
     replayed,
     /// Reports that were sent with levels and fences of long ago.

@@ -231,14 +231,19 @@ fn a_number_that_nobody_reaches_takes_nothing_out_of_an_area() {
     assert_eq!(next.take_in(&found(3, &[3])), Change::default());
 }
 
+/// The first report of one that is refused, and alone.
+fn alone<'a>(areas: &'a [usize], with_robot: &'a [usize]) -> Said<'a> {
+    Said {
+        known: Known::Alone,
+        with_robot,
+        ..said(8, 1, areas, 10)
+    }
+}
+
 #[test]
 fn one_that_may_be_the_robot_is_a_body_more_when_the_robot_is_heard_elsewhere() {
     let mut seconds = Seconds::default();
-    let alone = Said {
-        known: Known::Alone,
-        with_robot: &[4],
-        ..said(8, 1, &[3], 10)
-    };
+    let alone = alone(&[3], &[4]);
     let change = seconds.take_in(&alone);
     assert!(change.areas == [3] && change.found);
     assert!(!seconds.are_in(4) && seconds.areas() == [3]);
@@ -270,10 +275,7 @@ fn one_that_may_be_the_robot_is_a_body_more_when_the_robot_is_heard_elsewhere() 
 #[test]
 fn one_that_hears_what_is_said_after_a_new_one_was_taken_in_is_another_one() {
     let mut seconds = Seconds::default();
-    let alone = Said {
-        known: Known::Alone,
-        ..said(8, 1, &[3], 10)
-    };
+    let alone = alone(&[3], &[]);
     seconds.take_in(&alone);
     seconds.promote(9, true);
     seconds.take_in(&Said {
@@ -287,11 +289,7 @@ fn one_that_hears_what_is_said_after_a_new_one_was_taken_in_is_another_one() {
 #[test]
 fn who_clears_an_area_of_others_does_not_clear_it_of_who_may_be_the_robot() {
     let mut seconds = Seconds::default();
-    seconds.take_in(&Said {
-        known: Known::Alone,
-        with_robot: &[4],
-        ..said(8, 1, &[], 10)
-    });
+    seconds.take_in(&alone(&[], &[4]));
     assert!(!seconds.leave_silent(4, 11));
     assert!(seconds.robot_leaves(4) && seconds.are_in(4));
     assert!(seconds.leave_silent(4, 11) && !seconds.are_in(4));
@@ -302,12 +300,7 @@ fn who_clears_an_area_of_others_does_not_clear_it_of_who_may_be_the_robot() {
 fn one_that_may_be_the_robot_is_another_one_when_that_is_heard_again() {
     for is_silent in [true, false] {
         let mut seconds = Seconds::default();
-        let alone = Said {
-            known: Known::Alone,
-            with_robot: &[4],
-            ..said(8, 1, &[], 10)
-        };
-        seconds.take_in(&alone);
+        seconds.take_in(&alone(&[], &[4]));
         if is_silent {
             assert_eq!(seconds.promote(7, false), (Vec::new(), vec![4]));
         } else {
@@ -326,10 +319,7 @@ fn one_that_may_be_the_robot_is_another_one_when_that_is_heard_again() {
 #[test]
 fn that_one_was_found_is_news() {
     let mut seconds = Seconds::default();
-    let alone = Said {
-        known: Known::Alone,
-        ..said(8, 1, &[3], 10)
-    };
+    let alone = alone(&[3], &[]);
     seconds.take_in(&alone);
     let found = Said {
         known: Known::Found,
