@@ -145,12 +145,12 @@ class Robot(Follower):
                 continue
             claim = self.claims.get(area)
             has = claim is not None and claim.held and claim.fence == asked.fence
-            if has and claim is not None and (claim.progress == ENTERED or area in self.stands_in or area in committed):
+            if has and claim is not None and (area in self.stands_in or area in committed):
                 asked.path, asked.progress = 1, 2
             else:
                 asked.path, asked.progress = 0, 2
                 if has and claim is not None:
-                    claim.path, claim.progress = RETURNED
+                    claim.path, claim.progress = (0, RELEASED) if claim.progress == ENTERED else RETURNED
             self.news = True
 
     def set_flags(self, wanted: list[str], committed: list[str]) -> None:

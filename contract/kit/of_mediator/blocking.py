@@ -14,8 +14,10 @@ from . import SUITE
 SILENT = ("A robot that the mediator has not heard for 1 s counts as silent, not as gone: its areas are blocked until it is back, or until an "
           "operator clears them.")
 REVOKE = ("Revoking has its own array, which names by `fence` the grant that is asked back: `revoke` (mediator), then path 0 `yielded` "
-          "(robot, along with `returned` above) or path 1 `kept` (robot: it has entered, or can no longer stop before it).")
-ASKED = "It is asked when a coordination needs the area, or when somebody is in it who should not be."
+          "(robot, along with `returned` above, or with `released` where it has left the area and kept it) or path 1 `kept` (robot: it is in "
+          "the area, or can no longer stop before it).")
+ASKED = ("It is asked when a coordination needs the area, of robots that have not entered it; and when somebody is in it who should not be, or "
+         "an operator closes it, of all that are not in it.")
 FIRST = "whoever stands in an area comes first there. Nobody else is let in meanwhile."
 
 
@@ -120,6 +122,30 @@ def revocation_yielded(fleet: Fleet) -> None:
     fleet.expect(first, fleet.soon_s, at_progress(area, claim.run + 1, 0), f"{area} emptied")
     fleet.expect(first, fleet.soon_s, lambda heard: heard.revocation(area) is not None and heard.revocation(area).run > asked.run,
                  "the revocation's array emptied")
+    fleet.granted(second, area)
+
+
+@SUITE.check("revocation-of-what-is-left", REVOKE, ASKED, "One whose manoeuvre comes back to the area may keep it in between, entered.",
+             needs=["2 robots"])
+def revocation_of_what_is_left(fleet: Fleet) -> None:
+    """Where somebody else is, what a robot has left and keeps is asked back as well; `yielded` with `released` empties both arrays."""
+    first, second = fleet.robots[:2]
+    area, = fleet.areas(1)
+    claim = fleet.obtain(first, area)
+    first.enter(area)
+    fleet.expect(first, fleet.soon_s, at_progress(area, claim.run, 3), f"{area} entered")
+    with first.lock:
+        first.stands_in = []
+        first.send()
+    with second.lock:
+        second.stands_in = [area]
+        second.request(area)
+    heard = fleet.expect(first, fleet.soon_s, asked_back(area, claim), f"a revocation of {area} with fence {claim.fence}")
+    asked = heard.revocation(area)
+    assert asked is not None
+    with first.lock:
+        first.revocations[area] = asked.then(2)
+        first.leave(area)
     fleet.granted(second, area)
 
 

@@ -10,8 +10,8 @@ from ..hall import Hall
 from ..played_robot import Claim
 from . import SUITE
 
-REVOKE = ("`revoke` (mediator), then path 0 `yielded` (robot, along with `returned` above) or path 1 `kept` (robot: it has entered, or can no "
-          "longer stop before it).")
+REVOKE = ("`revoke` (mediator), then path 0 `yielded` (robot, along with `returned` above, or with `released` where it has left the area and "
+          "kept it) or path 1 `kept` (robot: it is in the area, or can no longer stop before it).")
 ALREADY = "One that has given that grant back already answers `yielded`."
 
 

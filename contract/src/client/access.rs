@@ -151,7 +151,8 @@ impl Claims {
             .map(|(area, claim)| (area.as_str(), claim.waits_for.as_str()))
     }
 
-    /// The mediator wants this grant back. Returns whether the robot has it no more: not if it has entered, or needs the area.
+    /// The mediator wants this grant back. Returns whether the robot has it no more: not if it needs the area. One that has left it, and
+    /// has kept it since it would come back, releases it.
     pub(super) fn give_back(&mut self, area: &str, fence: u64, needed: bool) -> bool {
         let protocol = &self.protocol;
         let claim = self
@@ -161,10 +162,16 @@ impl Claims {
         match claim {
             // It was given back before, because of the same revocation.
             None => true,
-            Some(claim) if claim.replica.position() == protocol.granted_at && !needed => {
-                claim.replica.set(protocol.returned).is_ok()
+            Some(_) if needed => false,
+            Some(claim) => {
+                let has_entered = claim.replica.position() == protocol.entered_at;
+                let flag = if has_entered {
+                    protocol.released
+                } else {
+                    protocol.returned
+                };
+                claim.replica.set(flag).is_ok()
             }
-            Some(_) => false,
         }
     }
 

@@ -268,12 +268,16 @@ impl Client {
         }
     }
 
-    /// Whether the robot may be in the area: it was granted it, and stands in it or may enter it, by its lease and since nobody has
-    /// asked for it back.
+    /// Whether the robot may be in the area: it was granted it, and stands in it or may enter it, by its lease, since it knows where
+    /// it is, and since nobody has asked for it back.
     #[must_use]
     pub fn may_be_in(&self, area: &str, now_ns: u64) -> bool {
         let stands = || { self.situation.stands_in.iter() }.any(|other| other == area);
-        let may_enter = || self.has_lease(now_ns) && !self.revocations.asks_for(area);
+        // One that is lost, and found again elsewhere, gives back with its next step what it has by where it was thought to be.
+        let may_enter = || {
+            let located = self.situation.located;
+            located && self.has_lease(now_ns) && !self.revocations.asks_for(area)
+        };
         self.holds(area) && (stands() || may_enter())
     }
 

@@ -11,7 +11,7 @@ pub struct Inside {
     pub standing: Vec<String>,
     /// Robots of which a second process is in it.
     pub seconds: Vec<String>,
-    /// Robots to which it was granted and that have not entered it: they are asked to give it back, and may be too near to stop.
+    /// Robots to which it was granted and that are not in it: they are asked to give it back, and may be too near to stop.
     pub granted: Vec<String>,
 }
 
@@ -34,7 +34,7 @@ impl Manager {
         let (own, seconds) = self.view(now_ns).bodies_in(area);
         let (standing, granted) = own.into_iter().partition(|&robot| {
             let own = self.areas.robot(robot);
-            own.stands_in(area) || own.has_entered(area)
+            own.stands_in(area) || own.has_entered(area) && !own.placed
         });
         let names = |robots: Vec<usize>| -> Vec<String> {
             { robots.into_iter() }

@@ -177,6 +177,22 @@ fn a_grant_that_is_not_used_yet_is_asked_back_and_who_is_inside_may_leave() {
     assert!(!bench.holds(0, "a"), "and does not come back");
 }
 
+/// As in a turn, of which a corner reaches out of the area for a while.
+#[test]
+fn who_has_left_and_would_come_back_stays_out_of_a_closed_area() {
+    let mut bench = Bench::new();
+    bench.wants(0, &["a"]);
+    bench.stands_in(0, &["a"]);
+    bench.stands_in(0, &[]);
+    assert!(bench.holds(0, "a"), "it is to come back");
+    let inside = bench.close("a");
+    assert!(inside.standing.is_empty(), "{inside:?}");
+    assert_eq!(inside.granted, ["amr-1"]);
+    assert!(!bench.holds(0, "a"), "it has given it back");
+    bench.open("a");
+    assert!(bench.holds(0, "a"));
+}
+
 #[test]
 fn an_area_stays_closed_when_the_mediator_starts_again() {
     let mut bench = Bench::new();

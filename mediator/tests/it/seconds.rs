@@ -716,6 +716,23 @@ fn one_that_was_refused_alone_is_in_the_way_beside_a_new_one() {
     assert!(!robots[0].0.holds(AREA), "found beside it");
 }
 
+/// It keeps the area that it has left, since it is to come back, as in a turn.
+#[test]
+fn one_that_appears_where_somebody_has_left_takes_back_what_that_keeps() {
+    let (mut manager, mut robots) = asked_for();
+    robots[2].1.wanted.clear();
+    rounds(&mut manager, &mut robots, 0..3);
+    assert!(robots[0].0.holds(AREA));
+    robots[0].1.stands_in = vec![AREA.to_owned()];
+    rounds(&mut manager, &mut robots, 3..5);
+    robots[0].1.stands_in.clear();
+    rounds(&mut manager, &mut robots, 5..7);
+    assert!(robots[0].0.holds(AREA));
+    robots.push(clone_of_the_second(8, AREA));
+    rounds(&mut manager, &mut robots, 7..12);
+    assert!(!robots[0].0.holds(AREA));
+}
+
 /// A bay for two: the robot, out of reach, stands there beside a copied image, and drives on.
 #[test]
 fn one_that_was_refused_where_its_robot_stood_is_in_the_way_when_that_has_left() {

@@ -284,6 +284,18 @@ class SilentIsGone(Relay):
                 self.send_up(last.robot_id, last.SerializeToString())
 
 
+class AsksUnenteredBack(Relay):
+    """It asks nothing back that was entered before, though the robot has left it."""
+
+    def down(self, message: Any) -> Any:
+        said = self.said.get(message.robot_id)
+        entered = {one.area for one in (said.access if said is not None else ()) if (one.level.path, one.level.progress) == (0, 3)}
+        asked = [one for one in message.revocations if one.area not in entered]
+        message.ClearField("revocations")
+        message.revocations.extend(asked)
+        return message
+
+
 class AsksBackOnce(Relay):
     """It asks an area back in one message, and waits."""
 

@@ -63,6 +63,52 @@ fn a_robot_that_cannot_stop_keeps_it() {
     }
 }
 
+/// Lost, it may be found elsewhere, and gives back with its next step what it does not stand in: till then it must not begin to enter.
+#[test]
+fn a_robot_that_is_lost_enters_nothing() {
+    let mut client = registered();
+    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    let mut told = message(2);
+    told.robot_sequence = client.report().sequence;
+    told.access = vec![grant("1", 2, 1), grant("2", 2, 5)];
+    client.receive(&told, 0);
+    assert!(client.may_be_in("1", 0) && client.may_be_in("2", 0));
+    let lost = Situation {
+        located: false,
+        ..situation(&["1"], &[], &[])
+    };
+    client.step(lost, 0, SECOND_NS);
+    assert!(client.may_be_in("1", 0), "where it was");
+    assert!(client.holds("2") && !client.may_be_in("2", 0));
+    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    assert!(!client.holds("2"), "given back");
+}
+
+/// It has left the area, and keeps it since it is to come back.
+#[test]
+fn a_robot_that_has_left_releases_what_it_keeps() {
+    let mut client = registered();
+    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    let mut told = message(2);
+    told.robot_sequence = client.report().sequence;
+    told.access = vec![grant("1", 2, 1), grant("2", 2, 5)];
+    client.receive(&told, 0);
+    client.step(situation(&["2"], &["1", "2"], &[]), 0, SECOND_NS);
+    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    assert!(client.holds("2") && client.may_be_in("2", 0));
+    let mut told = message(3);
+    told.revocations = vec![revocation(1, 5)];
+    client.receive(&told, 0);
+    assert!(!client.may_be_in("2", 0), "it does not come back");
+    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    assert!(!client.holds("2"));
+    let report = client.report();
+    let progress = |own: &Access| own.level.map(|level| (level.path, level.progress));
+    assert_eq!(progress(&report.revocations[0]), Some((0, 2)), "yielded");
+    let access = report.access.iter().find(|access| access.area == "2");
+    assert_eq!(access.and_then(progress), Some((0, 4)), "released");
+}
+
 #[test]
 fn a_revocation_of_an_older_grant_takes_nothing() {
     let (client, report) = revoked(4, situation(&["1"], &["1", "2"], &[]));

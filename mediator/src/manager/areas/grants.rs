@@ -27,7 +27,7 @@ impl Areas {
             self.judge_capacity(area, &inside, sessions, effects);
             if self.is_closed(area) {
                 // One that is on its way would meet whoever should not be there.
-                self.revoke_what_is_not_used(area, effects);
+                self.keep_out(area, effects);
             }
             self.serve_area(area, inside, sessions, reservations, effects);
         }
@@ -137,10 +137,11 @@ impl Areas {
             let own = &self.robots[robot];
             // As long as somebody has not reported, where one stands is a guess of before the start. What others were granted before
             // it they may still use.
+            // Who has left and keeps the area comes back.
             let is_in = if is_known {
-                own.may_be_or_come_in(area)
+                own.has(area)
             } else {
-                own.is_or_will_be_in(area)
+                own.holds(area) || own.placed && own.stands_in(area)
             };
             usize::from(is_in) + own.seconds.bodies(area)
         });

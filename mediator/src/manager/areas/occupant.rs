@@ -83,16 +83,11 @@ impl Occupant {
         self.holds(area) || self.stands_in(area)
     }
 
-    /// It is in the area, or may still enter by a grant. Where a robot stands that has not said so is only guessed.
+    /// It is in the area, or may still enter by a grant for the first time. Where a robot stands that has not said so is only guessed.
     pub(crate) fn is_or_will_be_in(&self, area: usize) -> bool {
-        let is_guessed = !self.placed && !self.holds(area);
-        self.may_be_or_come_in(area) && !is_guessed
-    }
-
-    /// The same, guesses included. One that has entered and says that it stands elsewhere has left, and gives the area back.
-    pub(crate) fn may_be_or_come_in(&self, area: usize) -> bool {
         let has_left = self.placed && self.has_entered(area);
-        self.stands_in(area) || self.holds(area) && !has_left
+        let stands = self.stands_in(area) && (self.placed || self.holds(area));
+        stands || self.holds(area) && !has_left
     }
 
     /// It reaches into the area and was not granted it; one that was found there is no intruder until it has left. Before it

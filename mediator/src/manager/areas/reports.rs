@@ -267,6 +267,11 @@ impl Areas {
             let mut found_in = stands_in.clone();
             found_in.retain(|&area| !occupant.holds(area));
             occupant.found_in = found_in;
+            // What it has entered and is not in by this may be asked back now.
+            let entered = { occupant.claims.iter() }.filter(|(_, claim)| claim.is_entered());
+            for area in entered.map(|(area, _)| area).collect::<Vec<usize>>() {
+                self.touch(area);
+            }
         } else {
             occupant.found_in.retain(|area| stands_in.contains(area));
         }

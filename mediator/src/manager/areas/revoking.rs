@@ -1,4 +1,4 @@
-//! Asking for grants back that were not used yet: where a coordination needs the area, or somebody is in it who should not be.
+//! Asking for grants back that are not in use: where a coordination needs the area, or somebody is in it who should not be.
 
 use contract::level;
 use contract::wire::Access;
@@ -10,6 +10,15 @@ use crate::journal::Entry;
 use crate::manager::alarm::BadReport;
 use crate::manager::effects::Effects;
 use crate::manager::sessions::Sessions;
+
+/// Whose grants are asked back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Whose {
+    /// Of robots that have not been in the area yet. What a net has let one into, it may go through to the end.
+    NotEntered,
+    /// Also of those that have left it.
+    NotThere,
+}
 
 impl Areas {
     /// Asks for grants back that stand in the way of what coordinations keep for others that can use it.
@@ -30,16 +39,23 @@ impl Areas {
             let kept = reservations.kept(area);
             for other in others {
                 if other != robot && !kept.contains(&other) {
-                    self.revoke(other, area, effects);
+                    self.revoke(other, area, Whose::NotEntered, effects);
                 }
             }
         }
     }
 
-    /// Asks for all grants of an area back whose robots are not in it yet.
+    /// Asks for all grants of an area back whose robots have not been in it yet.
     pub(crate) fn revoke_what_is_not_used(&mut self, area: usize, effects: &mut Effects) {
         for robot in self.occupants(area).collect::<Vec<usize>>() {
-            self.revoke(robot, area, effects);
+            self.revoke(robot, area, Whose::NotEntered, effects);
+        }
+    }
+
+    /// The same of those that have left it, and keep it to come back: they would meet whoever is there.
+    pub(super) fn keep_out(&mut self, area: usize, effects: &mut Effects) {
+        for robot in self.occupants(area).collect::<Vec<usize>>() {
+            self.revoke(robot, area, Whose::NotThere, effects);
         }
     }
 
@@ -56,12 +72,17 @@ impl Areas {
         }
     }
 
-    /// Asks for a grant back whose robot is not in the area yet.
-    fn revoke(&mut self, robot: usize, area: usize, effects: &mut Effects) {
+    /// Asks for a grant back.
+    fn revoke(&mut self, robot: usize, area: usize, whose: Whose, effects: &mut Effects) {
         let occupant = &mut self.robots[robot];
-        let stands = occupant.stands_in(area);
+        // Until it has said where it stands, one that has entered may be there.
+        let is_there = |entered| match whose {
+            Whose::NotEntered => entered,
+            Whose::NotThere => entered && !occupant.placed,
+        };
         let claim = { occupant.claims.get(area) }
-            .filter(|claim| claim.is_held() && !claim.is_entered() && !stands);
+            .filter(|claim| claim.is_held() && !is_there(claim.is_entered()))
+            .filter(|_| !occupant.stands_in(area));
         let Some(fence) = claim.map(|claim| claim.fence) else {
             return;
         };

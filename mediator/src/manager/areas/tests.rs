@@ -308,6 +308,44 @@ fn a_grant_that_a_net_needs_is_asked_back_once_and_only_before_it_is_used() {
     assert_eq!(bench.effects.counters.revocations, 0);
 }
 
+/// What a net has let a robot into it may use to the end; who is there meanwhile keeps it out.
+#[test]
+fn what_a_robot_has_left_and_keeps_is_asked_back_only_if_it_would_meet_somebody() {
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.serve();
+    bench.report(0, true, (0, 3, 1));
+    bench.report(0, false, (0, 3, 1));
+    bench.nets.keeps = Some(Reserved { area: 0, robot: 1 });
+    bench.ask(1);
+    bench.serve();
+    bench.areas.revoke_what_is_not_used(0, &mut bench.effects);
+    assert_eq!(bench.effects.counters.revocations, 0);
+    bench.report(2, false, (0, 0, 0));
+    bench.report(2, true, (0, 0, 0));
+    bench.serve();
+    assert_eq!(bench.effects.counters.revocations, 1);
+    assert_eq!(bench.areas.revocations_of(0, None)[0].fence, 1);
+}
+
+/// Until it has said where it stands it may be in what it has entered.
+#[test]
+fn what_a_robot_has_left_is_asked_back_when_it_says_where_it_is() {
+    let mut bench = Bench::new();
+    bench.ask(0);
+    bench.serve();
+    bench.report(0, true, (0, 3, 1));
+    bench.report(0, false, (0, 3, 1));
+    bench.areas.robots[0].forget_place();
+    bench.report(2, false, (0, 0, 0));
+    bench.report(2, true, (0, 0, 0));
+    bench.serve();
+    assert_eq!(bench.effects.counters.revocations, 0);
+    bench.report(0, false, (0, 3, 1));
+    bench.serve();
+    assert_eq!(bench.effects.counters.revocations, 1);
+}
+
 #[test]
 fn a_fence_is_written_down_with_its_grant() {
     let mut bench = Bench::new();

@@ -358,7 +358,7 @@ fn areas_that_an_operator_clears_stay_empty() {
 /// Robots that waited for ever, and people who were told what is not so.
 #[test]
 fn what_ten_thousand_runs_have_found_stays_mended() {
-    let found: [(u64, Place, u64, Faults); 10] = [
+    let found: [(u64, Place, u64, Faults); 11] = [
         // The journal has lost the grants of two robots, of whom one is heard only after another start.
         (361, Floor::ring, 6_000, CLEARED),
         (2092, Floor::ring, 4_000, Faults::ALL),
@@ -377,6 +377,8 @@ fn what_ten_thousand_runs_have_found_stays_mended() {
         (8911, Floor::corridor, 25_000, SPARE),
         // The last words of a process that has ended came when the next one had driven on.
         (7473, Floor::docking, 6_000, Faults::ALL),
+        // A robot that was lost and is found again went on with what it had by where it was thought to be.
+        (307, Floor::docking, 6_000, POSES),
     ];
     for (seed, floor, settle_ms, faults) in found {
         let mut random = Random::new(seed);

@@ -22,8 +22,6 @@ pub const FOR_MS: u64 = 8_000;
 const LONGER_MS: u64 = 20_000;
 /// One that loses its pose finds it again after this at most.
 const LOST_MS: u64 = 4_000;
-/// Flags of protocol 1 that are set on the way in.
-const ENTERED: u32 = 3;
 /// Until its mediator has heard where one stands.
 const HEARD_MS: u64 = 2 * REPORT_MS;
 
@@ -289,19 +287,10 @@ impl Fleet {
             return;
         };
         let here = &self.floor.spots[robot.spot];
-        let report = { robot.process.as_ref() }.map(|own| own.client.clone().report());
-        let access = report.map_or_else(Vec::new, |own| own.access);
         for &area in self.floor.spots[next]
             .iter()
             .filter(|area| !here.contains(area))
         {
-            let mut own = access
-                .iter()
-                .filter(|own| own.area == self.floor.name(area));
-            if own.any(|own| own.level.is_some_and(|level| level.progress >= ENTERED)) {
-                // What it has entered, left, and always wanted is not asked back.
-                continue;
-            }
             let says = |own: &&Second| own.has_said(area, &self.floor, self.now_ms);
             let bodies = self.seconds.iter().filter(says).count();
             assert!(
