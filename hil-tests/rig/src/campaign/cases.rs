@@ -20,6 +20,10 @@ const CASE_STREAM: u64 = 0x4341_5345;
 const DRIVING_M_S: f64 = 0.15;
 /// They last between these times: a robot that must stop has time to.
 const LASTS_S: [f64; 2] = [0.3, 12.0];
+/// Those that show only after seconds between these,
+const LASTS_SECONDS_S: [f64; 2] = [2.0, 20.0];
+/// and one that has to fill a queue.
+const LASTS_LONG_S: [f64; 2] = [20.0, 60.0];
 /// Delays are at least as long.
 const LEAST_BY_S: f64 = 0.02;
 
@@ -77,6 +81,13 @@ impl Case {
         let at_s = driving[below(&mut random, driving.len())];
         let [lasts, whole, share, by] = std::array::from_fn(|_| random.unit());
         let keys = self.what.keys();
+        let lasts_s = match self.what {
+            ScriptedKind::LoseNetwork | ScriptedKind::FillDisk | ScriptedKind::FreezeLidar => {
+                LASTS_SECONDS_S
+            }
+            ScriptedKind::Overload => LASTS_LONG_S,
+            _ => LASTS_S,
+        };
         // As often all of them as a part.
         let most = self.what.most_share();
         let share = if whole < 0.5 { 1.0 } else { share };
@@ -85,7 +96,7 @@ impl Case {
         let sign = if falls { 1.0 } else { -1.0 };
         Some(ScriptedFault {
             at_s: rounded(at_s),
-            for_s: rounded(between(LASTS_S, lasts)),
+            for_s: rounded(between(lasts_s, lasts)),
             what: self.what,
             robot: { keys.robot }.map(|_| scenario.robots[robot].id.clone()),
             share: keys

@@ -100,6 +100,9 @@ pub(super) fn expected(case: &Case) -> Expected {
         ScriptedKind::FullDisk => Raised(&[Fault::MediatorSilent], sometimes(after(2.5))),
         // It lasts until the robot opens another session.
         ScriptedKind::DeadLink => Raised(&[Fault::MediatorSilent], after(0.0)),
+        // Its process is killed, and the next one begins by then.
+        ScriptedKind::LoseNetwork => Raised(&[Fault::FleetNetwork], after(4.0)),
+        ScriptedKind::FillDisk => Raised(&[Fault::NoteUnwritten], after(4.0)),
         ScriptedKind::SecondMediator | ScriptedKind::CopiedMediator => {
             // People are told of one that is heard for 3 s.
             Raised(&[Fault::SecondMediator], after(4.5))
@@ -111,6 +114,8 @@ pub(super) fn expected(case: &Case) -> Expected {
         ScriptedKind::Panic => Raised(&[Fault::Panic, Fault::ScanSilent], after(0.0)),
         ScriptedKind::RebootRobot => Raised(&[Fault::PlaceUnknown], after(0.0)),
         ScriptedKind::Hang => hangs(case.thread.as_deref()),
+        // As many reports as a queue holds.
+        ScriptedKind::Overload => Raised(&[Fault::QueueFull], after(20.0)),
         ScriptedKind::LoseFrames | ScriptedKind::RefuseFrames => Raised(&[Fault::BusLost], all),
         ScriptedKind::LoseInterface | ScriptedKind::CutPower => {
             Raised(&[Fault::BusLost], after(1.0))
@@ -142,6 +147,8 @@ pub(super) fn expected(case: &Case) -> Expected {
             Raised(&[Fault::LidarLost, Fault::ScanSilent], late)
         }
         ScriptedKind::FreezeScans => Raised(&[Fault::LidarLost], after(2.0)),
+        // Found three times, of which each takes it a second and a half.
+        ScriptedKind::FreezeLidar => Raised(&[Fault::LidarFrozen], after(6.0)),
         ScriptedKind::CoverLidar => Raised(&[Fault::LidarBlind], after(1.0)),
         ScriptedKind::Unplug => Raised(&[Fault::LidarLost, Fault::ScanSilent], after(0.5)),
         ScriptedKind::Stop => Raised(&[Fault::OperatorStop], after(0.3)),

@@ -5,6 +5,7 @@ use std::path::PathBuf;
 
 use config::{NetConfig, RobotConfig, SiteConfig};
 use description::site::{FsmConfig, SiteRobot};
+use description::threads::ActivityKind;
 use onboard::cli::Failure;
 
 use super::clutter::Clutter;
@@ -174,6 +175,14 @@ impl Player {
     pub fn threads(&self) -> (&str, Vec<&str>) {
         let names = self.config.threads.iter().map(|own| own.name.as_str());
         (&self.id, names.collect())
+    }
+
+    /// The name of the thread that runs this.
+    #[must_use]
+    pub fn thread_of(&self, kind: ActivityKind) -> Option<String> {
+        let mut threads = self.config.threads.iter();
+        let own = threads.find(|own| own.activities.contains(&kind));
+        own.map(|own| own.name.clone())
     }
 
     /// How far the encoders of its wheels have counted when it starts.

@@ -5,9 +5,13 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use onboard::process::checkpoints::{CheckpointStore, Ended, Inheritance, Journey};
 
-/// The newest checkpoint of one robot, and the note on its disk; clones share them.
+/// The newest checkpoint of one robot, and the note on its disk; clones share them, one for each of its processes.
 #[derive(Clone, Debug, Default)]
-pub struct Checkpoints(Arc<Mutex<Kept>>);
+pub struct Checkpoints {
+    kept: Arc<Mutex<Kept>>,
+    /// This process has noted that the robot is under way.
+    noted: bool,
+}
 
 #[derive(Debug, Default)]
 struct Kept {
@@ -16,9 +20,20 @@ struct Kept {
     is_full: bool,
 }
 
+impl Kept {
+    /// Writes the note anew, whatever it says already.
+    fn note(&mut self, journey: Journey) -> io::Result<()> {
+        if self.is_full && journey != Journey::None {
+            return Err(io::ErrorKind::StorageFull.into());
+        }
+        self.journey = journey;
+        Ok(())
+    }
+}
+
 impl Checkpoints {
     fn kept(&self) -> MutexGuard<'_, Kept> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.kept.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The robot's computer starts anew: only what is on disk remains.
@@ -34,25 +49,27 @@ impl Checkpoints {
 
 impl CheckpointStore for Checkpoints {
     fn save(&mut self, bytes: &[u8]) -> io::Result<()> {
-        let mut own = self.kept();
-        if own.is_full && own.journey != Journey::UnderWay {
-            return Err(io::ErrorKind::StorageFull.into());
+        let mut own = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if !self.noted {
+            own.note(Journey::UnderWay)?;
+            self.noted = true;
         }
+        // In memory, whatever the disk is like.
         own.bytes.clear();
         own.bytes.extend_from_slice(bytes);
-        own.journey = Journey::UnderWay;
         Ok(())
     }
 
     fn arrive(&mut self, ended: Ended) -> io::Result<()> {
-        let mut own = self.kept();
+        let mut own = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        own.note(ended.into())?;
+        self.noted = false;
         own.bytes.clear();
-        own.journey = ended.into();
         Ok(())
     }
 
     fn is_noted(&self) -> bool {
-        self.kept().journey == Journey::UnderWay
+        self.noted
     }
 }
 
@@ -64,5 +81,37 @@ impl Inheritance for Checkpoints {
     fn take(&mut self) -> io::Result<Option<Vec<u8>>> {
         let bytes = std::mem::take(&mut self.kept().bytes);
         Ok(Some(bytes).filter(|bytes| !bytes.is_empty()))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_process_notes_anew_and_a_full_disk_leaves_what_the_one_before_has_noted() {
+        let mut before = Checkpoints::default();
+        let mut next = before.clone();
+        before.save(b"there").expect("there is room");
+        before.fill(true);
+        before.save(b"here").expect("it is noted already");
+        before
+            .arrive(Ended::default())
+            .expect("there is nothing to write");
+        assert_eq!(next.journey().expect("readable"), Journey::None);
+        before.fill(false);
+        before.save(b"here").expect("there is room");
+        next.fill(true);
+        assert_eq!(
+            next.take().expect("readable").as_deref(),
+            Some(&b"here"[..])
+        );
+        next.save(b"further").expect_err("it is full");
+        assert!(before.is_noted() && !next.is_noted());
+        assert_eq!(next.journey().expect("readable"), Journey::UnderWay);
+        assert_eq!(next.take().expect("readable"), None);
+        next.fill(false);
+        next.save(b"further").expect("there is room");
+        assert!(next.is_noted());
     }
 }

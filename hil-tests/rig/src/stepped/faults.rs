@@ -1,10 +1,13 @@
 //! Faults of a run: drawn from the seed, or from the scenario's file, and what they do to the run at a time.
 
+use description::threads::ActivityKind;
 use onboard::symbols::faults::Fault;
 use sim::world::{Mechanics, Random};
 
 use super::clock::START_NS;
-use crate::scenario::{Direction, GRAVITY_M_S2, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind};
+use crate::scenario::{
+    Direction, GRAVITY_M_S2, OVERLOADED_BY_S, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind,
+};
 
 /// Faults come from the seed, apart from everything else.
 const FAULT_STREAM: u64 = 0x4641_554C;
@@ -188,14 +191,21 @@ impl Schedule {
 
     pub(super) fn new(scenario: &Scenario) -> Self {
         let ns = |seconds: f64| START_NS + (seconds * 1e9) as u64;
-        let planned = |fault: &ScriptedFault| Planned {
-            from_ns: ns(fault.at_s),
-            to_ns: ns(fault.until_s()),
-            robot: fault.robot.as_deref().and_then(|id| scenario.player(id)),
-            fault: fault.clone(),
-            begun: false,
-            over: false,
-            heading_rad: 0.0,
+        let planned = |fault: &ScriptedFault| {
+            let robot = fault.robot.as_deref().and_then(|id| scenario.player(id));
+            let mut fault = fault.clone();
+            if let (ScriptedKind::Overload, Some(robot)) = (fault.what, robot) {
+                fault.thread = scenario.robots[robot].thread_of(ActivityKind::Control);
+            }
+            Planned {
+                from_ns: ns(fault.at_s),
+                to_ns: ns(fault.until_s()),
+                robot,
+                fault,
+                begun: false,
+                over: false,
+                heading_rad: 0.0,
+            }
         };
         Self {
             faults: scenario.faults.iter().map(planned).collect(),
@@ -303,11 +313,18 @@ impl Schedule {
     /// How late threads of a robot are.
     pub(super) fn lateness(&self, robot: usize) -> Vec<Lateness> {
         { self.lasting() }
-            .filter(|own| own.fault.what == ScriptedKind::LateThreads && own.robot == Some(robot))
-            .map(|own| Lateness {
-                share: own.fault.share.unwrap_or(0.0),
-                by_ns: (own.fault.by_s.unwrap_or(0.0) * 1e9) as u64,
-                thread: own.fault.thread.clone(),
+            .filter(|own| own.robot == Some(robot))
+            .filter_map(|own| {
+                let (share, by_s) = match own.fault.what {
+                    ScriptedKind::LateThreads => (own.fault.share?, own.fault.by_s?),
+                    ScriptedKind::Overload => (1.0, OVERLOADED_BY_S),
+                    _ => return None,
+                };
+                Some(Lateness {
+                    share,
+                    by_ns: (by_s * 1e9) as u64,
+                    thread: own.fault.thread.clone(),
+                })
             })
             .collect()
     }
@@ -324,8 +341,12 @@ impl Schedule {
 
     fn hung(&self, robot: usize) -> impl Iterator<Item = Option<&str>> {
         { self.lasting() }
-            .filter(move |own| own.fault.what == ScriptedKind::Hang && own.robot == Some(robot))
-            .map(|own| own.fault.thread.as_deref())
+            .filter(move |own| own.robot == Some(robot))
+            .filter_map(|own| match own.fault.what {
+                ScriptedKind::Hang => Some(own.fault.thread.as_deref()),
+                ScriptedKind::Overload => Some(Some(SUPERVISOR)),
+                _ => None,
+            })
     }
 
     /// What is wrong with a robot's wheels, whose motors brake with `braking_m_s2` where nothing is.

@@ -3,7 +3,6 @@
 use onboard::cli::Failure;
 use onboard::process::ctl::{Request, Teleop};
 use onboard::symbols::faults::{Fault, FaultTable};
-use sim::lidar::Disturbance;
 use sim::world::{Obstacle, Pose, STANDING_M_S, Shape};
 
 use super::apart::is_near_a_robot;
@@ -11,7 +10,6 @@ use super::disk::Disk;
 use super::faults::Change;
 use super::fleet::Stepped;
 use super::mediator::SteppedMediator;
-use super::member::Member;
 use super::robot::SteppedRobot;
 use crate::scenario::ScriptedKind;
 use crate::stand_ins::caretaker::{Blame, Care, where_it_is, words};
@@ -22,11 +20,6 @@ const AHEAD_M: f64 = 1.5;
 const PERSON_M: f64 = 0.15;
 /// or this length and width.
 const BOX_M: [f64; 2] = [0.3, 0.4];
-
-/// Of the least voltage that the robot accepts.
-const LOW_VOLTAGE: f64 = 0.9;
-/// In the drive's `status1`: the left motor is too hot.
-const OVERTEMPERATURE_1: u16 = 0x0200;
 
 impl Stepped<'_> {
     /// What a fault does when it begins or ends.
@@ -41,6 +34,18 @@ impl Stepped<'_> {
         match (what, robot) {
             (ScriptedKind::KillRobot | ScriptedKind::RebootRobot, Some(number)) if begins => {
                 self.kill_robot(number, what, now_ns);
+            }
+            (ScriptedKind::LoseNetwork, Some(number)) => {
+                self.network.lose_interface(number, !again);
+                if begins {
+                    self.restart_robot(number, now_ns);
+                }
+            }
+            (ScriptedKind::FillDisk, Some(number)) => {
+                self.robots[number].checkpoints.fill(!again);
+                if begins {
+                    self.restart_robot(number, now_ns);
+                }
             }
             (ScriptedKind::Panic, Some(number)) if begins => {
                 let thread = self.faults.thread(fault).map(str::to_owned);
@@ -169,77 +174,6 @@ impl Stepped<'_> {
             _ => {}
         }
         Ok(())
-    }
-
-    /// What a fault does to a robot's clock, threads, wheels and devices.
-    fn disturb_devices(&mut self, change: Change, number: usize, now_ns: u64) {
-        let Change { what, begins, .. } = change;
-        let lasts = self.faults.lasts(what, Some(number));
-        let share = self.faults.share(what, number);
-        let by_ns = self.faults.by_ns(what, Some(number));
-        let (_, plan) = &self.plans.robots[number];
-        let Member { devices, robot, .. } = &mut self.robots[number];
-        match what {
-            ScriptedKind::Hang => {
-                let hung = self.faults.hung_threads(number);
-                robot.iter_mut().for_each(|own| own.hang(&hung));
-            }
-            ScriptedKind::LateThreads => {
-                let lateness = self.faults.lateness(number);
-                robot
-                    .iter_mut()
-                    .for_each(|own| own.be_late(lateness.clone()));
-            }
-            ScriptedKind::Drift => {
-                let drift = self.faults.drift(Some(number));
-                robot.iter_mut().for_each(|own| own.drift(drift));
-            }
-            ScriptedKind::LoseFrames => devices.bus.lose(share),
-            ScriptedKind::RefuseFrames => devices.bus.refuse(share),
-            ScriptedKind::LoseInterface => devices.bus.lose_interface(lasts),
-            ScriptedKind::LeaveOp if begins => devices.bus.faults.drop_to_safeop(0),
-            ScriptedKind::CutPower if lasts => devices.bus.faults.power_off(0),
-            ScriptedKind::CutPower => devices.bus.faults.power_on(0),
-            ScriptedKind::CutMotors => devices.bus.drive.set_emergency_stop(lasts),
-            ScriptedKind::LowVoltage => {
-                // Still enough for the motors, which the stop needs.
-                let volts = LOW_VOLTAGE * plan.robot.drive.min_bus_voltage_v;
-                devices.bus.drive.set_bus_voltage(lasts.then_some(volts));
-            }
-            ScriptedKind::HotMotor => {
-                let bits = if lasts { OVERTEMPERATURE_1 } else { 0 };
-                devices.bus.drive.set_status1_bits(bits, 0);
-            }
-            ScriptedKind::FreezeSensors => devices.bus.drive.freeze_sensors(lasts),
-            ScriptedKind::StickEncoder => devices.bus.drive.stick_left_encoder(lasts),
-            ScriptedKind::Slip
-            | ScriptedKind::JamPivot
-            | ScriptedKind::ReverseMotor
-            | ScriptedKind::WeakBrakes
-            | ScriptedKind::Load
-            | ScriptedKind::Slope => {
-                let braking_m_s2 = plan.robot.drive.limits.stop_deceleration_m_s2;
-                let mut world = self.world.lock();
-                if let Some(truth) = world.truth(number).filter(|_| begins) {
-                    self.faults.heads(change.fault, truth.pose.theta_rad);
-                }
-                world.wear(number, self.faults.mechanics(number, braking_m_s2));
-            }
-            ScriptedKind::BreakScans => devices.lidar.break_scans(share),
-            ScriptedKind::DelayScans => devices.lidar.delay(by_ns),
-            ScriptedKind::AgeScans => devices.lidar.delay_more_and_more(share, now_ns),
-            ScriptedKind::CoverLidar => {
-                let cover = Disturbance::Cover { covered: lasts };
-                devices.lidar.disturb(cover, now_ns);
-            }
-            ScriptedKind::FreezeScans => {
-                let repeat = Disturbance::Repeat { repeats: lasts };
-                devices.lidar.disturb(repeat, now_ns);
-            }
-            ScriptedKind::Unplug if lasts => devices.lidar.unplug(),
-            ScriptedKind::Unplug => devices.lidar.plug_in(now_ns),
-            _ => {}
-        }
     }
 
     /// Somebody steps into a robot's way, or puts a box there, unless another robot is there.

@@ -34,6 +34,7 @@ mod closing;
 mod desk;
 mod devices;
 mod disk;
+mod disturbing;
 mod driving_out;
 mod execution;
 pub mod faults;

@@ -2,7 +2,7 @@
 //!
 //! In zenoh's place: a session of each robot, and nothing else of it (no discovery, no liveliness, no keys).
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use onboard::activities::communication::{Inbox, OpenSession, Session};
@@ -61,11 +61,14 @@ struct Lines {
     opened: u64,
     /// By robot: its sessions up to this one carry nothing.
     dead: BTreeMap<usize, u64>,
+    /// Robots without a network interface.
+    unreachable: BTreeSet<usize>,
 }
 
 impl Lines {
     fn is_dead(&self, robot: usize, session: u64) -> bool {
-        { self.dead.get(&robot) }.is_some_and(|&last| session <= last)
+        self.unreachable.contains(&robot) || { self.dead.get(&robot) }
+            .is_some_and(|&last| session <= last)
     }
 }
 
@@ -86,6 +89,9 @@ impl Network {
         Box::new(move |inbox| {
             let session = {
                 let mut lines = lock(&lines);
+                if lines.unreachable.contains(&robot) {
+                    return Err("there is no such interface".to_owned());
+                }
                 lines.opened += 1;
                 let session = lines.opened;
                 if let Some(inbox) = inbox {
@@ -106,6 +112,16 @@ impl Network {
         let mut lines = lock(&self.lines);
         let last = lines.opened;
         lines.dead.insert(robot, last);
+    }
+
+    /// From now on a robot has no network interface, or has it: its sessions carry nothing meanwhile, and it can open none.
+    pub(super) fn lose_interface(&self, robot: usize, gone: bool) {
+        let mut lines = lock(&self.lines);
+        if gone {
+            lines.unreachable.insert(robot);
+        } else {
+            lines.unreachable.remove(&robot);
+        }
     }
 
     /// Sends a message, in this weather.
@@ -201,6 +217,10 @@ impl Session for Line {
     fn send_report(&self, message: Vec<u8>) -> Result<(), String> {
         self.send(MessageKind::Report, message);
         Ok(())
+    }
+
+    fn is_linked(&self) -> bool {
+        !lock(&self.lines).unreachable.contains(&self.robot)
     }
 }
 
@@ -335,5 +355,20 @@ mod tests {
         };
         network.send(answer, GOOD, 0);
         assert_eq!(network.arrived(10 * MS), None);
+    }
+
+    #[test]
+    fn without_an_interface_nothing_is_opened_and_open_sessions_carry_on_afterwards() {
+        let mut network = Network::new(1);
+        let line = network.session_of(0)(None).expect("a line");
+        network.lose_interface(0, true);
+        line.send_report(vec![1]).expect("nobody waits for it");
+        assert!(network.take_sent().is_empty() && !line.is_linked());
+        assert!(network.session_of(0)(None).is_err());
+        assert!(network.session_of(1)(None).is_ok(), "another computer's");
+        network.lose_interface(0, false);
+        line.send_report(vec![2]).expect("sent");
+        assert!(network.session_of(0)(None).is_ok() && line.is_linked());
+        assert_eq!(network.take_sent().len(), 1);
     }
 }

@@ -11,7 +11,10 @@ use super::fleet::Stepped;
 use super::mediator::SteppedMediator;
 use super::member::Member;
 use super::start::Start;
-use crate::scenario::ScriptedKind;
+use crate::scenario::{STARTED_AGAIN_S, ScriptedKind};
+
+/// A process that ends is started again so much later.
+const STARTED_AGAIN_NS: u64 = (STARTED_AGAIN_S * 1e9) as u64;
 
 impl Stepped<'_> {
     /// A robot's process is killed, or its computer loses its power.
@@ -25,6 +28,13 @@ impl Stepped<'_> {
         if what == ScriptedKind::RebootRobot {
             member.ahead_ns = ahead_after_boot_ns(now_ns);
         }
+    }
+
+    /// A robot's process is killed, and its service starts the next one.
+    pub(super) fn restart_robot(&mut self, number: usize, now_ns: u64) {
+        self.kill_robot(number, ScriptedKind::KillRobot, now_ns);
+        let member = &mut self.robots[number];
+        member.starts_ns = { member.starts_ns }.max(now_ns + STARTED_AGAIN_NS);
     }
 
     /// The state of a robot's machine, as people heard it last.

@@ -35,6 +35,11 @@ pub enum Disturbance {
         /// Which of the two.
         repeats: bool,
     },
+    /// So does each scan again a second after each time that the laser is switched on, or the next one measures again.
+    RepeatAgain {
+        /// Which of the two.
+        repeats: bool,
+    },
     /// It says itself that it does not work well, and measures on; or that it does again.
     Unwell {
         /// Which of the two.

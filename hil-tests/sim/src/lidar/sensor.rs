@@ -13,6 +13,8 @@ use crate::range_source::{RANGE_STEPS, RangeSource, STEPS_PER_TURN};
 use crate::world::Random;
 
 const GARBAGE_STREAM: u64 = 2 << 32;
+/// One that repeats its scans again and again measures for so many turns each time that its laser is switched on.
+const MEASURES_TURNS: u32 = 10;
 /// Most random bytes sent at once.
 const MAX_GARBAGE: usize = 32 * 1024;
 
@@ -31,6 +33,9 @@ pub struct Sensor {
     frozen: bool,
     covered: bool,
     repeats: bool,
+    repeats_again: bool,
+    /// Measured since the laser was switched on.
+    turns: u32,
     unwell: bool,
     silent_until_ns: u64,
     counters: Counters,
@@ -63,6 +68,8 @@ impl Sensor {
             frozen: false,
             covered: false,
             repeats: false,
+            repeats_again: false,
+            turns: 0,
             unwell: false,
             silent_until_ns: 0,
             counters: Counters::default(),
@@ -88,7 +95,7 @@ impl Sensor {
         self.device.be_unwell(self.unwell);
         self.line = Line::new(self.device.bit_rate());
         self.turn_start_ns = now_ns;
-        (self.frozen, self.repeats) = (false, false);
+        (self.frozen, self.repeats, self.turns) = (false, false, 0);
     }
 
     /// Something goes wrong.
@@ -109,6 +116,9 @@ impl Sensor {
             Disturbance::Freeze { frozen } => self.frozen = frozen,
             Disturbance::Cover { covered } => self.covered = covered,
             Disturbance::Repeat { repeats } => self.repeats = repeats,
+            Disturbance::RepeatAgain { repeats } => {
+                (self.repeats, self.repeats_again) = (repeats, repeats);
+            }
             Disturbance::Unwell { unwell } => {
                 self.unwell = unwell;
                 self.device.be_unwell(unwell);
@@ -158,7 +168,9 @@ impl Sensor {
         if garbled {
             self.device.framing_error();
         }
-        self.repeats &= self.device.is_measuring();
+        if !self.device.is_measuring() {
+            (self.repeats, self.turns) = (false, 0);
+        }
         self.queue_emissions(now_ns);
     }
 
@@ -173,6 +185,8 @@ impl Sensor {
         self.turn_start_ns += late_turns * turn_ns;
         if self.device.is_measuring() && !self.frozen {
             let (start_ns, readings_mm) = (self.turn_start_ns, &mut *self.readings_mm);
+            self.repeats |= self.repeats_again && self.turns >= MEASURES_TURNS;
+            self.turns = self.turns.saturating_add(1);
             if !self.repeats {
                 self.source.measure(start_ns, turn_ns, readings_mm);
             }

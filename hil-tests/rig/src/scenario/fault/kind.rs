@@ -28,6 +28,12 @@ pub enum ScriptedKind {
     /// A second robot with the same identity, plan and configuration is switched on at a pose, or, as when a robot is near there,
     /// where it is in nobody's way; at the end it is switched off and carried away.
     CloneRobot,
+    /// The network interface over which the robot talks with its fleet is gone, and there again at the end. Its process is killed with
+    /// it, and the next one can open no session.
+    LoseNetwork,
+    /// The disk of the robot's computer is full, and has room again at the end. Its process is killed for it, and the next one cannot
+    /// note that the robot is under way.
+    FillDisk,
     /// The mediator is killed, and started again with its journal at the end.
     KillMediator,
     /// The mediator's computer loses its power, and has it again at the end: of the journal only what was synced is left.
@@ -58,6 +64,9 @@ pub enum ScriptedKind {
     Hang,
     /// Each wake-up of the robot's threads and of its supervisor is late with a probability, by up to `by_s`.
     LateThreads,
+    /// The robot's computer is overloaded: its supervisor does not run, and the thread that controls its wheels wakes up late each
+    /// time, by up to 0.1 s. Nobody restarts it.
+    Overload,
     /// The robot's clock runs faster than the world's, by this share, or slower where that is negative; without a robot the
     /// mediator's.
     Drift,
@@ -101,6 +110,8 @@ pub enum ScriptedKind {
     AgeScans,
     /// The robot's lidar repeats its last scan, until its laser is switched off and on.
     FreezeScans,
+    /// The robot's lidar repeats its last scan, and does so again a second after each time that its laser is switched on.
+    FreezeLidar,
     /// Somebody covers the window of the robot's lidar, so that no beam has an echo, and uncovers it at the end.
     CoverLidar,
     /// The robot's lidar is unplugged, and plugged in again at the end.
@@ -123,31 +134,12 @@ pub enum ScriptedKind {
     Teleop,
 }
 
-/// Which keys a kind has beside when and how long.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Keys {
-    /// `robot`: needed, or possible.
-    pub robot: Option<bool>,
-    /// `share`.
-    pub share: bool,
-    /// `by_s`.
-    pub by_s: bool,
-    /// `thread`, possible.
-    pub thread: bool,
-    /// `pose`, possible.
-    pub pose: bool,
-    /// `motion`, needed.
-    pub motion: bool,
-    /// `way`, possible.
-    pub way: bool,
-}
-
 /// As a `thread` that hangs or is late: the robot's supervisor.
 pub const SUPERVISOR: &str = "supervisor";
 
 impl ScriptedKind {
     /// A fleet is expected to come through any of them. They are drawn at random, as the next ones are.
-    pub const DRAWN: [Self; 38] = [
+    pub const DRAWN: [Self; 40] = [
         Self::Lose,
         Self::Repeat,
         Self::Delay,
@@ -186,10 +178,12 @@ impl ScriptedKind {
         Self::Place,
         Self::EndRobot,
         Self::HangMediator,
+        Self::LoseNetwork,
+        Self::FillDisk,
     ];
 
     /// Those that a fleet comes through besides, but slowly: on each of them but a full disk the robot stops and needs its operator.
-    pub const BORNE: [Self; 9] = [
+    pub const BORNE: [Self; 11] = [
         Self::FullDisk,
         Self::RebootRobot,
         Self::LowVoltage,
@@ -199,6 +193,8 @@ impl ScriptedKind {
         Self::JamPivot,
         Self::ReverseMotor,
         Self::WeakBrakes,
+        Self::FreezeLidar,
+        Self::Overload,
     ];
 
     /// Those after which robots are safe, but may need more than resets to go on. They are drawn now and then, but
@@ -230,79 +226,6 @@ impl ScriptedKind {
         quoted.trim_matches('"').to_owned()
     }
 
-    /// Which keys it has.
-    #[must_use]
-    pub fn keys(self) -> Keys {
-        let keys = |robot, share, by_s| Keys {
-            robot,
-            share,
-            by_s,
-            thread: matches!(self, Self::Hang | Self::LateThreads | Self::Panic),
-            pose: self == Self::CloneRobot,
-            motion: self == Self::Teleop,
-            way: matches!(
-                self,
-                Self::Lose | Self::Repeat | Self::Delay | Self::Partition
-            ),
-        };
-        match self {
-            Self::Lose | Self::Repeat | Self::Drift => keys(Some(false), true, false),
-            Self::Delay => keys(Some(false), false, true),
-            Self::Partition
-            | Self::DeadLink
-            | Self::KillRobot
-            | Self::RebootRobot
-            | Self::EndRobot
-            | Self::Panic
-            | Self::CloneRobot
-            | Self::Absent
-            | Self::Hang
-            | Self::LoseInterface
-            | Self::LeaveOp
-            | Self::CutPower
-            | Self::CutMotors
-            | Self::LowVoltage
-            | Self::HotMotor
-            | Self::FreezeSensors
-            | Self::StickEncoder
-            | Self::JamPivot
-            | Self::ReverseMotor
-            | Self::FreezeScans
-            | Self::CoverLidar
-            | Self::Unplug
-            | Self::Person
-            | Self::Box
-            | Self::Pause
-            | Self::Stop
-            | Self::Reset
-            | Self::Place
-            | Self::Teleop => keys(Some(true), false, false),
-            Self::LoseFrames
-            | Self::RefuseFrames
-            | Self::BreakScans
-            | Self::AgeScans
-            | Self::Slip
-            | Self::WeakBrakes
-            | Self::Slope
-            | Self::Load
-            | Self::Reload => keys(Some(true), true, false),
-            Self::LateThreads => keys(Some(true), true, true),
-            Self::DelayScans => keys(Some(true), false, true),
-            Self::KillMediator
-            | Self::RebootMediator
-            | Self::HangMediator
-            | Self::RestoreJournal
-            | Self::LoseJournal
-            | Self::SecondMediator
-            | Self::CopiedMediator
-            | Self::ClearAreas
-            | Self::CloseAreas
-            | Self::EndCoordination
-            | Self::FullDisk => keys(None, false, false),
-            Self::SlowDisk => keys(None, false, true),
-        }
-    }
-
     /// Whether it concerns a mediator or what is said with it.
     #[must_use]
     pub fn needs_mediator(self) -> bool {
@@ -313,6 +236,7 @@ impl ScriptedKind {
                 | Self::Delay
                 | Self::Partition
                 | Self::DeadLink
+                | Self::LoseNetwork
                 | Self::KillMediator
                 | Self::RebootMediator
                 | Self::HangMediator
@@ -338,47 +262,12 @@ impl ScriptedKind {
                 | Self::StickEncoder
                 | Self::FreezeSensors
                 | Self::FreezeScans
+                | Self::FreezeLidar
                 | Self::AgeScans
                 | Self::DelayScans
                 | Self::LateThreads
+                | Self::Overload
                 | Self::Place
         )
-    }
-
-    /// The least share that it may have.
-    #[must_use]
-    pub fn least_share(self) -> f64 {
-        match self {
-            Self::Drift | Self::Slope => -1.0,
-            _ => 0.0,
-        }
-    }
-
-    /// The largest share that is drawn at random.
-    #[must_use]
-    pub fn most_share(self) -> f64 {
-        match self {
-            // Clocks of computers are off by less.
-            Self::Drift => 0.0005,
-            Self::Slip => 0.3,
-            Self::WeakBrakes => 0.6,
-            // Steeper than ramps for wheelchairs are.
-            Self::Slope => 0.08,
-            Self::Reload => 0.5,
-            // Before the end of a long one scans are later than they may be.
-            Self::AgeScans => 0.06,
-            _ => 1.0,
-        }
-    }
-
-    /// The longest `by_s` that is drawn at random.
-    #[must_use]
-    pub fn most_by_s(self) -> f64 {
-        match self {
-            Self::LateThreads => 0.1,
-            // Twice the time for which robots may go by what they have heard.
-            Self::Delay => 10.0,
-            _ => 1.0,
-        }
     }
 }

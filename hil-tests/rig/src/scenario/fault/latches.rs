@@ -45,9 +45,14 @@ impl ScriptedKind {
     fn latches(self) -> &'static [Fault] {
         match self {
             // Another process of the robot stands still or goes on elsewhere.
-            Self::KillRobot | Self::EndRobot | Self::RebootRobot | Self::Absent => ENDED,
+            Self::KillRobot
+            | Self::EndRobot
+            | Self::RebootRobot
+            | Self::LoseNetwork
+            | Self::FillDisk
+            | Self::Absent => ENDED,
             Self::Panic => PANICKED,
-            Self::Hang | Self::LateThreads => LATE,
+            Self::Hang | Self::LateThreads | Self::Overload => LATE,
             Self::LoseFrames
             | Self::RefuseFrames
             | Self::LoseInterface
@@ -67,7 +72,7 @@ impl ScriptedKind {
             Self::JamPivot | Self::Slope => &[Fault::WheelsDisobey, Fault::WheelSlip],
             Self::ReverseMotor => &[Fault::WheelsDisobey, Fault::WheelSlip, Fault::EncoderBroken],
             Self::WeakBrakes | Self::Load => &[Fault::WheelsDisobey],
-            Self::FreezeScans => &[Fault::LidarFrozen],
+            Self::FreezeScans | Self::FreezeLidar => &[Fault::LidarFrozen],
             // Who puts a robot elsewhere than it is has its wheels turn otherwise than its map says.
             Self::Place => &[Fault::WheelSlip],
             Self::Lose

@@ -1,5 +1,6 @@
 //! What goes wrong in a run on the simulated clock: what, when, for how long and for whom.
 
+mod keys;
 mod kind;
 mod latches;
 mod stopping;
@@ -12,6 +13,7 @@ use serde::{Deserialize, Serialize};
 
 pub use kind::{SUPERVISOR, ScriptedKind};
 pub use stopping::{GRAVITY_M_S2, Stopping};
+pub(crate) use stopping::{OVERLOADED_BY_S, STARTED_AGAIN_S};
 
 /// Something that goes wrong. Times are seconds since the start.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

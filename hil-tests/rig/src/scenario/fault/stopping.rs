@@ -21,6 +21,10 @@ const FROZEN_S: f64 = 0.6;
 const CONNECTED_ANEW_S: f64 = 1.0;
 /// A thread that panics does so within this time: the lidar's waits for a turn of it.
 const PANICS_WITHIN_S: f64 = 0.12;
+/// A process that ends is started again so much later: `RestartSec=` of the robot's service.
+pub(crate) const STARTED_AGAIN_S: f64 = 2.0;
+/// On a computer that is overloaded each wake-up of the thread that controls the wheels is late by up to this.
+pub(crate) const OVERLOADED_BY_S: f64 = 0.1;
 /// The Earth's pull, m/s².
 pub const GRAVITY_M_S2: f64 = 9.81;
 /// At least this share of frames or scans is all of them.
@@ -92,6 +96,16 @@ impl ScriptedFault {
         };
         match self.what {
             ScriptedKind::KillRobot | ScriptedKind::RebootRobot => alone,
+            // Without its network it may drive once its next process runs, but not without its note.
+            ScriptedKind::LoseNetwork => Stopping {
+                stops_for_s: STARTED_AGAIN_S - watchdog_s,
+                until_s: self.at_s + STARTED_AGAIN_S,
+                ..alone
+            },
+            ScriptedKind::FillDisk => Stopping {
+                until_s: self.until_s().max(self.at_s + STARTED_AGAIN_S),
+                ..alone
+            },
             ScriptedKind::Hang => match self.hung(robot) {
                 Hung::All | Hung::Activity(ActivityKind::Drive) => alone,
                 Hung::Activity(ActivityKind::Control) => Stopping {
@@ -120,6 +134,12 @@ impl ScriptedFault {
                     ..coasting
                 }
             }
+            ScriptedKind::Overload => Stopping {
+                delays_s: OVERLOADED_BY_S,
+                disables: true,
+                deceleration_m_s2: coasting.deceleration_m_s2,
+                ..by_tubes(SUPERVISOR_SILENT_S + OVERLOADED_BY_S)
+            },
             ScriptedKind::CutPower | ScriptedKind::CutMotors => coasts(0.0),
             ScriptedKind::HotMotor => coasts(BELIEVED_S),
             ScriptedKind::LowVoltage => brakes(BELIEVED_S),
@@ -154,6 +174,8 @@ impl ScriptedFault {
                 stops_for_s: CONNECTED_ANEW_S,
                 ..by_tubes(FROZEN_S + unseen_s)
             },
+            // It never sees for long enough to drive on.
+            ScriptedKind::FreezeLidar => by_tubes(FROZEN_S + unseen_s),
             ScriptedKind::Stop => by_tubes(SERVED_WITHIN_S),
             ScriptedKind::Pause => Stopping {
                 deceleration_m_s2: limits.deceleration_m_s2,
@@ -185,6 +207,8 @@ impl ScriptedFault {
                 | ScriptedKind::RebootRobot
                 | ScriptedKind::EndRobot
                 | ScriptedKind::Panic
+                | ScriptedKind::LoseNetwork
+                | ScriptedKind::FillDisk
         )
     }
 
