@@ -8,7 +8,7 @@ use clap::Args;
 use clap::builder::RangedU64ValueParser;
 use onboard::cli::Failure;
 
-use crate::campaign::faults::Times;
+use crate::campaign::faults::{Ground, Times};
 use crate::campaign::shrink::{Again, Shrunk};
 use crate::campaign::stepped::Faults;
 use crate::campaign::{agreement, faults, processes, stepped};
@@ -20,6 +20,8 @@ use crate::stepped::{Plans, Stepped};
 
 /// Folder for the output of scenarios, unless told otherwise.
 const OUT: &str = "target/rig";
+/// Where robots dock, for faults that meet them there.
+const DOCKING: &str = "docking";
 
 /// A scenario, and how it is to be run.
 #[derive(Clone, Debug)]
@@ -241,16 +243,21 @@ fn processes(
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when a run was unsafe or did not come to its goals.
 pub fn fault_campaign(request: &Request, times: &Times) -> Result<(), Failure> {
     let asked_to_end = end_flag()?;
-    let scenario = loaded(request)?;
     let out = { request.out.clone() }.unwrap_or_else(|| Path::new(OUT).join("campaign/faults"));
-    let setup = setup(&scenario, request, &out);
-    faults::faults(
-        &scenario,
-        &plans(&scenario, request)?,
-        &setup,
-        times,
-        &asked_to_end,
-    )
+    let ground = |request: &Request| {
+        let scenario = loaded(request)?;
+        let plans = plans(&scenario, request)?;
+        let again = setup(&scenario, request, &out).again;
+        Ok::<_, Failure>(Ground::new(scenario, plans, again))
+    };
+    let docking = Request {
+        scenario: DOCKING.into(),
+        rounds: Some(1),
+        ..request.clone()
+    };
+    let grounds = [&ground(request)?, &ground(&docking)?];
+    let setup = setup(&loaded(request)?, request, &out);
+    faults::faults(grounds, &setup, times, &asked_to_end)
 }
 
 /// Many runs on the simulated clock: none may have a violation, and the scenario's share must reach all goals.

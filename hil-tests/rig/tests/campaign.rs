@@ -7,7 +7,7 @@ use std::sync::atomic::AtomicBool;
 use std::time::{Duration, Instant};
 
 use onboard::process::runtime::Runtime;
-use rig::campaign::faults::{Times, faults};
+use rig::campaign::faults::{Ground, Times, faults};
 use rig::campaign::shrink::Again;
 use rig::campaign::stepped::{Faults, Setup};
 use rig::scenario::{Changes, load};
@@ -310,7 +310,8 @@ fn a_bad_run_of_the_campaign_of_faults_is_made_smaller_too() {
         pairs: true,
         only: ["slip", "drift"].map(str::to_owned).to_vec(),
     };
-    let result = faults(&scenario, &plans, &setup, &times, &AtomicBool::new(false));
+    let ground = Ground::new(scenario, plans, setup.again.clone());
+    let result = faults([&ground, &ground], &setup, &times, &AtomicBool::new(false));
     assert!(result.is_err());
     let faults = json(&folder.path().join("faults.json"));
     let rows = faults["rows"].as_array().expect("rows");

@@ -1,15 +1,17 @@
-//! Faults one by one: each kind at a moment at which its robot drives, drawn from the seed.
+//! Faults one by one: each kind at a moment at which its robot drives, or stands in its dock, drawn from the seed.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::sync::atomic::AtomicBool;
 use std::sync::{Mutex, PoisonError};
 
+use description::geometry::Point2;
 use onboard::cli::Failure;
-use sim::world::Random;
+use sim::world::{Random, STANDING_M_S};
 
+use crate::record::PathPoint;
 use crate::run::{Ending, Run, record};
-use crate::scenario::{Direction, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind};
+use crate::scenario::{Direction, Goal, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind};
 use crate::stepped::faults::{FASTEST, below, between, rounded};
 use crate::stepped::{Plans, Stepped};
 use crate::summary::Summary;
@@ -27,26 +29,40 @@ const LASTS_LONG_S: [f64; 2] = [20.0, 60.0];
 /// Delays are at least as long.
 const LEAST_BY_S: f64 = 0.02;
 
-/// A kind of fault, and the thread that it hits.
+/// A kind of fault, the thread that it hits, and where its robot is.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Case {
     /// The kind.
     pub what: ScriptedKind,
     /// Of the robot's threads only this one.
     pub thread: Option<String>,
+    /// What the robot does when it begins.
+    pub does: Does,
+}
+
+/// What a robot does when a fault begins.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Does {
+    /// It drives.
+    Drive,
+    /// It stands where its scenario has it stand, in a dock, and is to back out.
+    Dock,
 }
 
 impl fmt::Display for Case {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        match &self.thread {
-            Some(thread) => f.pad(&format!("{} {thread}", self.what.name())),
-            None => f.pad(&self.what.name()),
+        let name = self.what.name();
+        match (&self.thread, self.does) {
+            (_, Does::Dock) => f.pad(&format!("{name} docked")),
+            (Some(thread), _) => f.pad(&format!("{name} {thread}")),
+            (None, _) => f.pad(&name),
         }
     }
 }
 
 impl Case {
-    /// Every kind that the scenario can have; of threads that hang or panic each one besides.
+    /// Every kind that the scenario can have; of threads that hang or panic each one besides; and a program that ends in a dock, whose
+    /// next one knows nothing of the floor behind it.
     #[must_use]
     pub fn all(scenario: &Scenario) -> Vec<Self> {
         let managed = scenario.site.areas_managed && !scenario.withholds_areas;
@@ -59,26 +75,39 @@ impl Case {
         threads.dedup();
         let of_threads = |what| {
             let own = move |thread: &&str| Self {
-                what,
                 thread: Some((*thread).to_owned()),
+                ..Self::of(what)
             };
             threads.iter().map(own)
         };
         { ScriptedKind::all() }
             .filter(|what| managed || !what.needs_mediator())
-            .map(|what| Self { what, thread: None })
+            .map(Self::of)
             .chain(of_threads(ScriptedKind::Hang))
             .chain(of_threads(ScriptedKind::Panic))
+            .chain([Self {
+                does: Does::Dock,
+                ..Self::of(ScriptedKind::EndRobot)
+            }])
             .collect()
     }
 
-    /// The fault of a seed, at one of the moments at which a robot drives, which is none for a scenario in which nobody does.
+    /// A kind, of a robot that drives.
+    pub(super) fn of(what: ScriptedKind) -> Self {
+        Self {
+            what,
+            thread: None,
+            does: Does::Drive,
+        }
+    }
+
+    /// The fault of a seed, at one of the moments at which a robot drives, or docks, which is none for a scenario in which nobody does.
     #[must_use]
     pub fn draw(&self, scenario: &Scenario, seed: u64, moments: &Moments) -> Option<ScriptedFault> {
         let mut random = Random::new(seed, CASE_STREAM ^ self.stream());
         let robot = below(&mut random, scenario.robots.len());
-        let driving = moments.of(robot)?;
-        let at_s = driving[below(&mut random, driving.len())];
+        let own = moments.of(robot, self.does)?;
+        let at_s = own[below(&mut random, own.len())];
         let [lasts, whole, share, by] = std::array::from_fn(|_| random.unit());
         let keys = self.what.keys();
         let lasts_s = match self.what {
@@ -150,8 +179,10 @@ impl Case {
 /// What happens in a run without faults; until a fault begins, the run with it is the same.
 #[derive(Clone, Debug)]
 pub struct Moments {
-    /// When each robot drives.
+    /// When each robot drives,
     driving_s: Vec<Vec<f64>>,
+    /// and when it stands where it is to.
+    docked_s: Vec<Vec<f64>>,
     /// What each robot raises all the same, as while it starts, and how often.
     raised: Vec<Vec<(String, u64)>>,
 }
@@ -170,16 +201,27 @@ impl Moments {
             return Err(Failure::failed(why));
         }
         run.stop();
-        let driving_s = run.tracks().iter().map(|track| {
-            { track.path.points().iter() }
-                .filter(|point| point.speed_m_s.abs() > DRIVING_M_S)
+        let times = |robot: usize, is: &dyn Fn(&PathPoint) -> bool| -> Vec<f64> {
+            let points = run.tracks()[robot].path.points().iter();
+            { points.filter(|point| is(point)) }
                 .map(|point| point.at_s)
                 .collect()
-        });
-        let driving_s = driving_s.collect();
+        };
+        let robots = 0..run.tracks().len();
+        let driving = |robot| times(robot, &|point| point.speed_m_s.abs() > DRIVING_M_S);
+        let driving_s = robots.clone().map(driving).collect();
+        let docked = |robot: usize| {
+            let goal = &scenario.robots[robot].goal;
+            times(robot, &|point| is_docked(goal, point))
+        };
+        let docked_s = robots.map(docked).collect();
         let robots = record(&run, &ending).summary.robots.into_iter();
         let raised = robots.map(|robot| robot.faults).collect();
-        Ok(Self { driving_s, raised })
+        Ok(Self {
+            driving_s,
+            docked_s,
+            raised,
+        })
     }
 
     /// Which faults of the robots' table were raised in a run of the same seed, and not without what went wrong in it.
@@ -202,11 +244,25 @@ impl Moments {
             .collect()
     }
 
-    /// Those of a robot; none: it never drives.
-    fn of(&self, robot: usize) -> Option<&[f64]> {
-        let own = self.driving_s.get(robot).map(Vec::as_slice);
+    /// Those of a robot that does this; none: it never does.
+    fn of(&self, robot: usize, does: Does) -> Option<&[f64]> {
+        let all = match does {
+            Does::Drive => &self.driving_s,
+            Does::Dock => &self.docked_s,
+        };
+        let own = all.get(robot).map(Vec::as_slice);
         own.filter(|moments| !moments.is_empty())
     }
+}
+
+/// Whether a robot with this goal stands where it is to.
+fn is_docked(goal: &Goal, point: &PathPoint) -> bool {
+    let Goal::Places(places) = goal else {
+        return false;
+    };
+    let at = Point2::new(point.pose.x_m, point.pose.y_m);
+    let docks = { places.stops() }.filter(|stop| stop.stands_s > 0.0);
+    point.speed_m_s.abs() < STANDING_M_S && docks.into_iter().any(|stop| stop.region.contains(at))
 }
 
 /// The moments of seeds, each found once.
@@ -237,7 +293,8 @@ mod tests {
     #[test]
     fn every_case_is_drawn_while_its_robot_drives_and_fits_the_scenario() {
         let scenario = testing::scenario("overtaking");
-        let moments = |driving_s| Moments {
+        let moments = |driving_s: Vec<Vec<f64>>| Moments {
+            docked_s: driving_s.clone(),
             driving_s,
             raised: Vec::new(),
         };
@@ -247,7 +304,7 @@ mod tests {
             .map(crate::scenario::Player::threads)
             .collect();
         let cases = Case::all(&scenario);
-        assert_eq!(cases.len(), ScriptedKind::all().count() + 2 * 6);
+        assert_eq!(cases.len(), ScriptedKind::all().count() + 2 * 6 + 1);
         for case in &cases {
             for seed in 0..20 {
                 let fault = case.draw(&scenario, seed, &moments).expect("they drive");

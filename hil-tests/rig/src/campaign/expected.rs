@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use onboard::symbols::faults::Fault;
 
-use super::cases::Case;
+use super::cases::{Case, Does};
 use crate::scenario::{SUPERVISOR, ScriptedFault, ScriptedKind};
 
 /// A run that ends sooner after a fault need not have heard of it.
@@ -90,6 +90,8 @@ pub(super) fn expected(case: &Case) -> Expected {
         ..after(1.0)
     };
     match case.what {
+        // Its next one begins where it ended, and is to back out.
+        _ if case.does == Does::Dock => Raised(&[Fault::FloorUnknown], after(0.0)),
         ScriptedKind::Lose => Raised(&[Fault::MediatorSilent], Shows { for_s: 2.0, ..all }),
         ScriptedKind::Partition
         | ScriptedKind::KillMediator
@@ -212,7 +214,7 @@ mod tests {
     use super::*;
 
     fn case(what: ScriptedKind) -> Case {
-        Case { what, thread: None }
+        Case::of(what)
     }
 
     #[test]

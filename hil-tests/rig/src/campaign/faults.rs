@@ -1,4 +1,4 @@
-//! Each kind of fault many times while robots drive, and each pair of kinds once: `rig campaign faults`.
+//! Each kind of fault many times while robots drive, or dock, and each pair of kinds once: `rig campaign faults`.
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -7,9 +7,9 @@ use onboard::cli::Failure;
 use onboard::symbols::faults::Fault;
 use serde::Serialize;
 
-use super::cases::{Case, Moments, MomentsOfSeeds};
+use super::cases::{Case, Does, Moments, MomentsOfSeeds};
 use super::expected::{Expected, Said, expected};
-use super::shrink::{MOST, Shrunk};
+use super::shrink::{Again, MOST, Shrunk};
 use super::stepped::{Faults, Setup, runs};
 use crate::machine::Machine;
 use crate::output::write_json;
@@ -44,6 +44,27 @@ impl Times {
         }
         cases.retain(|case| self.only.is_empty() || self.only.contains(&case.to_string()));
         Ok(cases)
+    }
+}
+
+/// Where runs are made.
+pub struct Ground {
+    scenario: Scenario,
+    plans: Plans,
+    again: Again,
+    moments: MomentsOfSeeds,
+}
+
+impl Ground {
+    /// Runs of a scenario with these plans; what makes them again, but for seeds and faults.
+    #[must_use]
+    pub fn new(scenario: Scenario, plans: Plans, again: Again) -> Self {
+        Self {
+            scenario,
+            plans,
+            again,
+            moments: MomentsOfSeeds::default(),
+        }
     }
 }
 
@@ -87,28 +108,29 @@ struct BadRun {
     again: Shrunk,
 }
 
-/// Makes the runs of each case, and of pairs where they are wanted; leaves `faults.json`, and a folder for each case, with
+/// Makes the runs of each case, and of pairs where they are wanted, where robots drive and where they dock; leaves `faults.json`, and a folder for each case, with
 /// which an interrupted campaign goes on.
 ///
 /// # Errors
 /// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when one was unsafe or hung, or robots did not raise what they
 /// must for a case.
 pub fn faults(
-    scenario: &Scenario,
-    plans: &Plans,
+    [driving, docking]: [&Ground; 2],
     setup: &Setup<'_>,
     times: &Times,
     asked_to_end: &AtomicBool,
 ) -> Result<(), Failure> {
-    let moments = MomentsOfSeeds::default();
-    let campaign = Campaign {
-        moments: &moments,
-        scenario,
-        plans,
+    let campaign = |ground| Campaign {
+        ground,
         setup,
         asked_to_end,
     };
-    let cases = times.cases(scenario)?;
+    let of = |does| match does {
+        Does::Drive => campaign(driving),
+        Does::Dock => campaign(docking),
+    };
+    let is_interrupted = || asked_to_end.load(Ordering::Relaxed);
+    let cases = times.cases(&driving.scenario)?;
     onboard::say!(
         "{:<24} {:>5} {:>7} {:>5}   raised, in how many runs",
         "fault",
@@ -118,29 +140,33 @@ pub fn faults(
     );
     let mut rows = Vec::new();
     for case in &cases {
+        let campaign = of(case.does);
         let draw = |seed: u64| {
-            let drawn = case.draw(scenario, seed, &campaign.moments(seed)?);
+            let moments = campaign.moments(seed)?;
+            let drawn = case.draw(&campaign.ground.scenario, seed, &moments);
             Ok(drawn.into_iter().collect())
         };
         let expected = Some(expected(case));
         rows.push(campaign.row(&case.to_string(), times.runs, expected, &draw)?);
-        if campaign.is_interrupted() {
+        if is_interrupted() {
             break;
         }
     }
-    let pairs: Vec<[&Case; 2]> = { cases.iter().enumerate() }
-        .flat_map(|(number, one)| cases[number + 1..].iter().map(move |other| [one, other]))
-        .collect();
-    if times.pairs && !campaign.is_interrupted() {
+    for (does, name) in [(Does::Drive, "pairs"), (Does::Dock, "pairs docked")] {
+        let (campaign, pairs) = (of(does), pairs(&cases, does));
+        if !times.pairs || pairs.is_empty() || is_interrupted() {
+            continue;
+        }
         let draw = |seed: u64| {
             let pair = pairs[(seed - setup.seeds.start) as usize];
-            let drawn = Case::draw_pair(pair, scenario, seed, &campaign.moments(seed)?);
+            let moments = campaign.moments(seed)?;
+            let drawn = Case::draw_pair(pair, &campaign.ground.scenario, seed, &moments);
             Ok(drawn.into_iter().flatten().collect())
         };
-        rows.push(campaign.row("pairs", pairs.len(), None, &draw)?);
+        rows.push(campaign.row(name, pairs.len(), None, &draw)?);
     }
-    campaign.report(&rows)?;
-    if campaign.is_interrupted() {
+    campaign(driving).report(&rows)?;
+    if is_interrupted() {
         let why = "interrupted: the same command goes on from there";
         return Err(Failure::failed(why));
     }
@@ -154,10 +180,24 @@ pub fn faults(
     }
 }
 
+/// Each two cases: those of which one is of a robot that docks, which comes first, or all others.
+fn pairs(cases: &[Case], does: Does) -> Vec<[&Case; 2]> {
+    let all = { cases.iter().enumerate() }
+        .flat_map(|(number, one)| cases[number + 1..].iter().map(move |other| [one, other]));
+    let docks = |case: &Case| case.does == Does::Dock;
+    all.map(|[one, other]| {
+        if docks(other) {
+            [other, one]
+        } else {
+            [one, other]
+        }
+    })
+    .filter(|[one, _]| one.does == does)
+    .collect()
+}
+
 struct Campaign<'a> {
-    moments: &'a MomentsOfSeeds,
-    scenario: &'a Scenario,
-    plans: &'a Plans,
+    ground: &'a Ground,
     setup: &'a Setup<'a>,
     asked_to_end: &'a AtomicBool,
 }
@@ -165,11 +205,13 @@ struct Campaign<'a> {
 impl Campaign<'_> {
     /// What happens in the run of a seed without faults.
     fn moments(&self, seed: u64) -> Result<Moments, Failure> {
-        self.moments.of(self.scenario, self.plans, seed)
-    }
-
-    fn is_interrupted(&self) -> bool {
-        self.asked_to_end.load(Ordering::Relaxed)
+        let Ground {
+            scenario,
+            plans,
+            moments,
+            ..
+        } = self.ground;
+        moments.of(scenario, plans, seed)
     }
 
     /// Makes the runs of a case, each with the faults that are drawn from its seed.
@@ -193,10 +235,14 @@ impl Campaign<'_> {
         let setup = Setup {
             seeds: first..first + count as u64,
             faults: Faults::Of(case, &faults),
+            again: self.ground.again.clone(),
             out: &out,
             ..self.setup.clone()
         };
-        let (summaries, elapsed_s) = runs(self.scenario, self.plans, &setup, self.asked_to_end)?;
+        let Ground {
+            scenario, plans, ..
+        } = self.ground;
+        let (summaries, elapsed_s) = runs(scenario, plans, &setup, self.asked_to_end)?;
         let drawn = { summaries.iter() }
             .map(|run| {
                 let raised = self.moments(run.seed)?.raised_besides(run);
@@ -228,7 +274,7 @@ impl Campaign<'_> {
         };
         let (mut reasons, mut failed) = (Vec::new(), Vec::new());
         for run in summaries.iter().filter(|run| !run.passed()) {
-            let all = setup.faults.add(self.scenario, run.seed)?.faults;
+            let all = setup.faults.add(scenario, run.seed)?.faults;
             if is_bad(run, &all) {
                 let is_unsafe = !run.violations.is_empty();
                 row.dangerous += usize::from(is_unsafe);
@@ -237,7 +283,7 @@ impl Campaign<'_> {
                 failed.push((run, all));
             }
         }
-        let shrinker = setup.shrinker(self.scenario, self.plans, self.asked_to_end);
+        let shrinker = setup.shrinker(scenario, plans, self.asked_to_end);
         let again = shrinker.shrink(&failed, is_bad)?;
         row.bad = { reasons.into_iter().zip(again) }
             .map(|(reason, again)| BadRun { reason, again })
@@ -253,7 +299,7 @@ impl Campaign<'_> {
         };
         let never = Fault::ALL.into_iter().filter(|fault| !was(fault));
         let report = Report {
-            scenario: &self.scenario.name,
+            scenario: &self.ground.scenario.name,
             machine: Machine::here(),
             rows,
             never_raised: never.map(Fault::name).collect(),

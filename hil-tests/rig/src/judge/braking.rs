@@ -263,6 +263,20 @@ mod tests {
             assert_eq!(windows(&braking(&[&fault])), expected, "{thread}");
         }
     }
+
+    #[test]
+    fn whoever_is_started_again_may_drive_where_nothing_else_keeps_it() {
+        for (what, expected) in [
+            ("lose-network", vec![(10.1, 12.0, 1.5)]),
+            ("fill-disk", vec![(10.1, 15.0, 1.5)]),
+            ("freeze-lidar", vec![(10.9, 15.0, 2.0)]),
+            ("overload", vec![(11.15, 15.0, 1.5)]),
+        ] {
+            let fault = format!("at_s = 10.0, for_s = 5.0, what = \"{what}\", robot = \"amr-1\"");
+            assert_eq!(windows(&braking(&[&fault])), expected, "{what}");
+        }
+    }
+
     #[test]
     fn who_starts_without_its_network_or_stands_then_need_not_stop_for_it() {
         const HANG: &str = "at_s = 10.0, for_s = 5.0, what = \"hang\", robot = \"amr-1\", thread = \"communication\"";

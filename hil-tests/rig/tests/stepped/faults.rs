@@ -31,11 +31,15 @@ const LEASE_S: f64 = 5.0;
 /// A fault of this kind while the slow robot is on its way into the lay-by.
 fn fault(what: ScriptedKind) -> ScriptedFault {
     let keys = what.keys();
-    // Longer than robots may go by what they have heard.
-    let outlasts_leases = what == ScriptedKind::HangMediator;
     ScriptedFault {
         at_s: 24.0,
-        for_s: if outlasts_leases { 8.0 } else { 4.0 },
+        for_s: match what {
+            // Longer than robots may go by what they have heard, or until a lidar has frozen three times.
+            ScriptedKind::HangMediator | ScriptedKind::FreezeLidar => 8.0,
+            // Until a queue is full.
+            ScriptedKind::Overload => 20.0,
+            _ => 4.0,
+        },
         what,
         robot: keys.robot.map(|_| "amr-1".to_owned()),
         share: keys.share.then_some(0.7 * what.most_share()),
@@ -87,7 +91,9 @@ fn the_fleet_bears_everything_else() {
     goes_on(|kind| !kind.needs_mediator() && !named(kind));
 }
 
-const PROCESSES: [ScriptedKind; 7] = [
+const PROCESSES: [ScriptedKind; 9] = [
+    ScriptedKind::FillDisk,
+    ScriptedKind::Overload,
     ScriptedKind::KillRobot,
     ScriptedKind::EndRobot,
     ScriptedKind::Panic,
@@ -96,7 +102,8 @@ const PROCESSES: [ScriptedKind; 7] = [
     ScriptedKind::LateThreads,
     ScriptedKind::Drift,
 ];
-const DEVICES: [ScriptedKind; 12] = [
+const DEVICES: [ScriptedKind; 13] = [
+    ScriptedKind::FreezeLidar,
     ScriptedKind::LoseFrames,
     ScriptedKind::RefuseFrames,
     ScriptedKind::LoseInterface,
@@ -138,6 +145,10 @@ fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
             | ScriptedKind::RebootMediator
             | ScriptedKind::HangMediator
             | ScriptedKind::FullDisk => Some("mediator-silent"),
+            ScriptedKind::LoseNetwork => Some("fleet-network"),
+            ScriptedKind::FillDisk => Some("note-unwritten"),
+            ScriptedKind::FreezeLidar => Some("lidar-frozen"),
+            ScriptedKind::Overload => Some("queue-full"),
             ScriptedKind::Stop => Some("operator-stop"),
             ScriptedKind::Hang => Some("setpoint-stale"),
             ScriptedKind::Panic => Some("panic"),

@@ -232,3 +232,24 @@ fn a_lidar_that_freezes_again_and_again_waits_for_an_operator() {
     bench.until_driving();
     bench.finish();
 }
+
+/// A second after its laser is switched on it shows what was there again, for as long as its firmware is broken.
+#[test]
+fn a_lidar_that_freezes_after_each_time_it_is_switched_on_keeps_the_robot_standing() {
+    let mut bench = Bench::driving();
+    let connections = bench.lidar().connections;
+    disturb(&bench, Disturbance::RepeatAgain { repeats: true });
+    bench.until_standing(3.0);
+    bench.until_raised(Fault::LidarFrozen, 6.0);
+    assert_eq!(bench.lidar().connections, connections + 2);
+    // Who resets it before the lidar is mended has it find the same once more.
+    bench.ask(Request::Reset);
+    bench.stands_for(10.0);
+    assert_eq!(bench.raised(Fault::LidarFrozen), 2);
+    disturb(&bench, Disturbance::RepeatAgain { repeats: false });
+    bench.stands_for(5.0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    assert!(!bench.has(Fault::LidarFrozen) && !bench.has(Fault::LidarLost));
+    bench.finish();
+}
