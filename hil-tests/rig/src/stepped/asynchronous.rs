@@ -8,8 +8,8 @@ use onboard::process::runner::Trigger;
 use onboard::process::wakes::Passing;
 use onboard::symbols::values::ThreadReport;
 
-use super::faults::Lateness;
 use super::late::Late;
+use super::late::Lateness;
 
 /// The asynchronous thread: its loop runs on news, and with a period of its own.
 pub(super) struct Asynchronous {

@@ -5,6 +5,7 @@ use onboard::symbols::faults::Fault;
 use sim::world::{Mechanics, Random};
 
 use super::clock::START_NS;
+pub use super::late::Lateness;
 use crate::scenario::{
     Direction, GRAVITY_M_S2, OVERLOADED_BY_S, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind,
 };
@@ -146,17 +147,6 @@ pub(super) struct Weather {
     pub(super) lost: f64,
     pub(super) repeated: f64,
     pub(super) delay_ns: f64,
-}
-
-/// How late threads are.
-#[derive(Clone, Debug)]
-pub struct Lateness {
-    /// How likely a wake-up is late.
-    pub share: f64,
-    /// By how much at most.
-    pub by_ns: u64,
-    /// Only this thread.
-    pub thread: Option<String>,
 }
 
 /// A run's faults, with times of the simulated clock.

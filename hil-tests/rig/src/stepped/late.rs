@@ -2,10 +2,19 @@
 
 use sim::world::Random;
 
-use super::faults::Lateness;
-
 /// Lateness of what is no thread here comes from the seed, apart from that of threads.
 const LATE_STREAM: u64 = 0x4C41_5445;
+
+/// How late threads are.
+#[derive(Clone, Debug)]
+pub struct Lateness {
+    /// How likely a wake-up is late.
+    pub share: f64,
+    /// By how much at most.
+    pub by_ns: u64,
+    /// Only this thread.
+    pub thread: Option<String>,
+}
 
 /// Holds back what runs without a coroutine of its own: the asynchronous loop, and the supervisor.
 pub(super) struct Late {

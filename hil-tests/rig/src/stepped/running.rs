@@ -14,7 +14,7 @@ use sim::world::Random;
 
 use super::asynchronous::Asynchronous;
 use super::clock::STEP_NS;
-use super::faults::Lateness;
+use super::late::Lateness;
 use super::late::{Late, late_ns};
 use super::panics::Panicking;
 use super::thread::{Step, ThreadClock};

@@ -224,7 +224,7 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
     // Of about 1,400.
     assert!((40..160).contains(&long), "{long} longer than 30 s");
     assert!(slow > 3 && of_mediator > 3, "{slow}, {of_mediator}");
-    assert!(stale > 2, "{stale} delays outlast leases");
+    assert!(stale > 1, "{stale} delays outlast leases");
 }
 
 #[test]
