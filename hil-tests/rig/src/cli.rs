@@ -142,7 +142,7 @@ struct RunArgs {
 #[derive(Clone, Debug, Args)]
 struct CampaignArgs {
     /// Scenario file, or the name of one in config/scenarios; or `faults`: each kind of fault at a moment at which a robot of
-    /// the scenario `overtaking` drives, on the simulated clock
+    /// the scenario `overtaking` drives, or one of `docking` docks, on the simulated clock
     #[arg(value_name = "SCENARIO")]
     scenario: PathBuf,
     /// Runs, with this seed and the following ones; of `faults` for each kind
