@@ -186,6 +186,11 @@ impl Caretaker {
         }
         care
     }
+
+    /// It does not ask for the reset of its last look: there is no answer to the one before, which was counted by then.
+    pub fn asks_nothing(&mut self, before: Self) {
+        (self.reset_ns, self.resets) = (before.reset_ns, before.resets);
+    }
 }
 
 #[cfg(test)]
@@ -301,6 +306,28 @@ mod tests {
         assert_eq!(look(70, true), Care::Reset);
         assert_eq!(look(99, false), Care::Reset);
         assert_eq!(look(101, false), Care::GiveUp(Fault::BringUpLimit));
+    }
+
+    /// As while a supervisor hangs.
+    #[test]
+    fn whom_a_fault_hinders_without_an_answer_is_given_up_some_time_after_it_too() {
+        let faults = latched(Fault::BringUpLimit);
+        let mut caretaker = Caretaker::default();
+        let mut look = |at_s: u64, lasts| {
+            let blame = Blame::Faults {
+                blamed: &|_, _| true,
+                lasts,
+            };
+            let before = caretaker;
+            let care = caretaker.look(&faults, at_s * SECOND_NS, false, blame);
+            if care == Care::Reset {
+                caretaker.asks_nothing(before);
+            }
+            (care, caretaker.resets)
+        };
+        assert_eq!(look(60, true), (Care::Reset, 0));
+        assert_eq!(look(61, false), (Care::Reset, 0));
+        assert_eq!(look(91, false), (Care::GiveUp(Fault::BringUpLimit), 0));
     }
 
     #[test]

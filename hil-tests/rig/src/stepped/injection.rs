@@ -238,7 +238,7 @@ impl Stepped<'_> {
                 Care::None => {}
                 // Nobody asks twice before there is an answer.
                 Care::Reset if { member.robot.iter() }.any(SteppedRobot::owes_an_answer) => {
-                    member.caretaker = before;
+                    member.caretaker.asks_nothing(before);
                 }
                 Care::Reset => {
                     let was_in = self.robots[number].was_in.clone();
