@@ -108,8 +108,8 @@ struct BadRun {
     again: Shrunk,
 }
 
-/// Makes the runs of each case, and of pairs where they are wanted, where robots drive and where they dock; leaves `faults.json`, and a folder for each case, with
-/// which an interrupted campaign goes on.
+/// Makes the runs of each case, and of pairs where they are wanted, where robots drive and where they dock; leaves `faults.json`, and a
+/// folder for each case, with which an interrupted campaign goes on.
 ///
 /// # Errors
 /// [`Failure::Refused`] when a run cannot be built, [`Failure::Failed`] when one was unsafe or hung, or robots did not raise what they
