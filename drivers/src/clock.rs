@@ -119,6 +119,15 @@ pub fn monotonic_ns() -> u64 {
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 
+/// How long this computer has slept since it was switched on, during which [`monotonic_ns`] stood still. Where the thread is held up
+/// while it looks, that is too little by so long, and never too much.
+#[must_use]
+pub fn slept_ns() -> u64 {
+    let since_start = clock_gettime(ClockId::Boottime);
+    let since_start_ns = since_start.tv_sec as u64 * 1_000_000_000 + since_start.tv_nsec as u64;
+    since_start_ns.saturating_sub(monotonic_ns())
+}
+
 /// Time left until `deadline_ns` on `CLOCK_MONOTONIC`, for `poll`; `None` when it has passed.
 pub(crate) fn left_until(deadline_ns: u64) -> Option<Timespec> {
     let left_ns = deadline_ns
@@ -146,6 +155,14 @@ mod tests {
         Monotonic.sleep_until(until);
         assert!(monotonic_ns() >= until);
         Monotonic.sleep_until(0);
+    }
+
+    #[test]
+    fn a_computer_that_is_awake_sleeps_no_longer_than_it_has() {
+        let before_ns = slept_ns();
+        std::thread::sleep(std::time::Duration::from_millis(20));
+        // Who is held up between two looks takes it for less.
+        assert!((0..10).map(|_| slept_ns()).max() < Some(before_ns + 10 * MILLISECOND_NS));
     }
 
     #[test]

@@ -118,4 +118,4 @@ pub mod ethercat;
 pub mod hokuyo;
 pub mod kelo;
 
-pub use clock::{Clock, Monotonic, RelativeSleep, check_absolute_sleep, monotonic_ns};
+pub use clock::{Clock, Monotonic, RelativeSleep, check_absolute_sleep, monotonic_ns, slept_ns};

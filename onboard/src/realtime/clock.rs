@@ -2,7 +2,7 @@
 //!
 //! What also runs on a simulated clock is given a [`Clock`]; the rest, which only runs in this process, asks here.
 
-pub use drivers::{Clock, Monotonic, check_absolute_sleep, monotonic_ns as now_ns};
+pub use drivers::{Clock, Monotonic, check_absolute_sleep, monotonic_ns as now_ns, slept_ns};
 
 /// Nanoseconds in a second.
 pub const SECOND_NS: u64 = 1_000_000_000;

@@ -115,6 +115,7 @@ pub(super) fn expected(case: &Case) -> Expected {
         }
         ScriptedKind::Panic => Raised(&[Fault::Panic, Fault::ScanSilent], after(0.0)),
         ScriptedKind::RebootRobot => Raised(&[Fault::PlaceUnknown], after(0.0)),
+        ScriptedKind::Sleep => Raised(&[Fault::PlaceUnknown], after(0.25)),
         ScriptedKind::Hang => hangs(case.thread.as_deref()),
         // As many reports as a queue holds.
         ScriptedKind::Overload => Raised(&[Fault::QueueFull], after(20.0)),

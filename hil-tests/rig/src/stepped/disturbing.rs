@@ -32,9 +32,10 @@ impl Stepped<'_> {
                     robot.be_late(late);
                 }
             }
+            ScriptedKind::Sleep => robot.iter_mut().for_each(|own| own.clock().sleep(lasts)),
             ScriptedKind::Drift => {
                 let drift = self.faults.drift(Some(number));
-                robot.iter_mut().for_each(|own| own.drift(drift));
+                robot.iter_mut().for_each(|own| own.clock().drift(drift));
             }
             ScriptedKind::LoseFrames => devices.bus.lose(share),
             ScriptedKind::RefuseFrames => devices.bus.refuse(share),

@@ -229,7 +229,7 @@ impl<'a> Stepped<'a> {
         robot.allow(&member.allowed);
         robot.be_late(self.faults.lateness(number));
         robot.hang(&self.faults.hung_threads(number));
-        robot.drift(self.faults.drift(Some(number)));
+        robot.clock().drift(self.faults.drift(Some(number)));
         (member.robot, member.has_run) = (Some(robot), true);
         if self.faults.lasts(ScriptedKind::Reload, Some(number)) {
             member.reloading.want();

@@ -170,7 +170,12 @@ impl Stepped<'_> {
                 (member.robot.iter_mut()).for_each(SteppedRobot::let_go);
                 member.sending_on.want();
             }
-            (_, Some(number)) => self.disturb_devices(change, number, now_ns),
+            (_, Some(number)) => {
+                if what == ScriptedKind::Sleep && begins {
+                    self.remember_state(number);
+                }
+                self.disturb_devices(change, number, now_ns);
+            }
             _ => {}
         }
         Ok(())
@@ -319,7 +324,7 @@ mod tests {
                     (0.0..0.3).contains(&age_s),
                     "{age_s} s by the world's clock"
                 );
-                now_s + robot.ahead_ns() / 1e9
+                now_s + robot.clock().ahead_ns() / 1e9
             }));
         }
         let [[one_s, other_s], [rebooted_s, _]] = own_s[..] else {

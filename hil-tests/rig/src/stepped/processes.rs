@@ -38,7 +38,7 @@ impl Stepped<'_> {
     }
 
     /// The state of a robot's machine, as people heard it last.
-    fn remember_state(&mut self, number: usize) {
+    pub(super) fn remember_state(&mut self, number: usize) {
         let member = &mut self.robots[number];
         let said = self.observations.said(&member.id);
         let said = said.filter(|said| !said.state.fsm_state.is_empty());
@@ -92,7 +92,12 @@ impl Stepped<'_> {
     pub(super) fn may_start(&self, number: usize, now_ns: u64) -> bool {
         let member = &self.robots[number];
         let lasts = |what| self.faults.lasts(what, Some(number));
-        let killed = lasts(ScriptedKind::KillRobot) || lasts(ScriptedKind::RebootRobot);
+        let off = [
+            ScriptedKind::KillRobot,
+            ScriptedKind::RebootRobot,
+            ScriptedKind::Sleep,
+        ];
+        let killed = off.into_iter().any(lasts);
         // What did not run yet has not ended.
         let ended = lasts(ScriptedKind::Panic) || lasts(ScriptedKind::EndRobot);
         let kept = killed || member.has_run && ended || member.gone;
@@ -183,7 +188,7 @@ impl Member {
         let Some(mut robot) = self.robot.take() else {
             return;
         };
-        self.ahead_ns = robot.ahead_ns();
+        self.ahead_ns = robot.clock().ahead_ns();
         let faults = robot.insight().faults();
         for (count, fault) in self.raised_before.iter_mut().zip(Fault::ALL) {
             *count += faults.state(fault).count;

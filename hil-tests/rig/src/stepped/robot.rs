@@ -30,7 +30,7 @@ use onboard::symbols::wiring::Wiring;
 use serde_json::Value as Json;
 use sim::world::Random;
 
-use super::clock::{STEP_NS, shown_ns};
+use super::clock::{OwnClock, shown_ns};
 use super::desk::SteppedDesk;
 use super::devices::Devices;
 use super::late::Late;
@@ -69,12 +69,7 @@ pub struct SteppedRobot {
     /// Threads that hang.
     hung: Vec<String>,
     random: Random,
-    /// How fast its clock gets ahead of the world's,
-    drift: f64,
-    /// how far it is ahead, nanoseconds, or behind,
-    ahead_ns: f64,
-    /// and when it was looked at last.
-    stepped_ns: u64,
+    clock: OwnClock,
     /// How its process ends after a panic, or when it is told to.
     ends: Ends,
     // The shared memory itself, and ports of what does not run here, kept until the robot ends.
@@ -221,9 +216,7 @@ impl SteppedRobot {
             late: Vec::new(),
             hung: Vec::new(),
             random,
-            drift: 0.0,
-            ahead_ns,
-            stepped_ns: at_ns,
+            clock: OwnClock::new(ahead_ns, at_ns),
             ends,
             insight: Insight::open(id, &runtime.place()).map_err(Failure::refused)?,
             id: id.clone(),
@@ -246,8 +239,7 @@ impl SteppedRobot {
     /// This of its threads panics when it has ended its present turn; `supervisor` is the main one.
     pub fn panic(&mut self, thread: &str) {
         if thread == SUPERVISOR {
-            let now_ns = shown_ns(self.stepped_ns, self.ahead_ns);
-            self.ends.lose_supervisor(now_ns);
+            self.ends.lose_supervisor(self.clock.now_ns());
         }
         for own in self.threads.iter_mut().filter(|own| own.name == thread) {
             own.panic(&self.ends.panicked);
@@ -275,28 +267,19 @@ impl SteppedRobot {
         &mut self.ends
     }
 
-    /// From now on its clock runs faster than the world's by this share, or slower.
-    pub(super) fn drift(&mut self, share: f64) {
-        self.drift = share;
-    }
-
-    /// How far its clock is ahead of the world's. That is its computer's, and outlives its process.
-    pub(super) fn ahead_ns(&self) -> f64 {
-        self.ahead_ns
+    /// Its computer's clock, which outlives its process.
+    pub(super) fn clock(&mut self) -> &mut OwnClock {
+        &mut self.clock
     }
 
     /// Everything that is due in the step that begins at `world_ns`.
     pub fn step(&mut self, world_ns: u64) {
-        let passed_ns = (world_ns - self.stepped_ns) as f64;
-        self.stepped_ns = world_ns;
-        self.ahead_ns += passed_ns * self.drift;
-        let now_ns = shown_ns(world_ns, self.ahead_ns);
+        let Some([now_ns, end_ns]) = self.clock.step(world_ns) else {
+            return;
+        };
         let step = Step {
             begin_ns: now_ns,
-            end_ns: shown_ns(
-                world_ns + STEP_NS,
-                self.ahead_ns + STEP_NS as f64 * self.drift,
-            ),
+            end_ns,
             world_ns,
         };
         if let Some(leave) = &mut self.leave {
@@ -322,6 +305,7 @@ impl SteppedRobot {
             if self.ends.stops(&mut self.supervisor, now_ns) {
                 return;
             }
+            self.supervisor.heed_sleep(self.clock.slept_ns(), now_ns);
             // One at a time, as people are not faster.
             let mut next = self.requests.next(self.desk.lent());
             if self.supervisor.turn(now_ns, self.ends.told, || next.take()) {
@@ -332,7 +316,10 @@ impl SteppedRobot {
 
     /// What it believes, and says of its faults and devices.
     pub fn insight(&mut self) -> &mut Insight {
-        self.insight.set_ahead(self.ahead_ns as i64);
+        // What it said before it fell asleep is not what it believes now.
+        if !self.clock.sleeps() {
+            self.insight.set_ahead(self.clock.ahead_ns() as i64);
+        }
         &mut self.insight
     }
 
@@ -382,8 +369,7 @@ impl SteppedRobot {
 
     /// Who drives it by hand leaves.
     pub fn let_go(&mut self) {
-        let now_ns = shown_ns(self.stepped_ns, self.ahead_ns);
-        self.desk.leave(now_ns);
+        self.desk.leave(self.clock.now_ns());
     }
 
     /// What operators were refused; not what they ask for again.

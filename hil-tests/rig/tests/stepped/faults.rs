@@ -152,7 +152,7 @@ fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
             ScriptedKind::Stop => Some("operator-stop"),
             ScriptedKind::Hang => Some("setpoint-stale"),
             ScriptedKind::Panic => Some("panic"),
-            ScriptedKind::RebootRobot => Some("place-unknown"),
+            ScriptedKind::RebootRobot | ScriptedKind::Sleep => Some("place-unknown"),
             ScriptedKind::LeaveOp | ScriptedKind::CutPower | ScriptedKind::LoseInterface => {
                 Some("bus-lost")
             }

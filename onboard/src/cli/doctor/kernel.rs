@@ -1,5 +1,6 @@
 //! The kernel: its age, whether it is one for real time, what it takes from real-time threads, its clock.
 
+use std::path::Path;
 use std::time::Duration;
 
 use super::computer::Computer;
@@ -28,6 +29,7 @@ pub fn findings(computer: &Computer) -> Vec<Finding> {
         throttling(computer),
         clock(computer),
         absolute_sleep(),
+        sleeping(computer),
     ]
 }
 
@@ -115,6 +117,28 @@ fn clock(computer: &Computer) -> Finding {
         )),
         None => finding,
     }
+}
+
+/// Whether somebody who presses a button, or nobody for long, puts the computer to sleep while its robot drives.
+fn sleeping(computer: &Computer) -> Finding {
+    const SUBJECT: &str = "sleep";
+    const STATES: &str = "/sys/power/state";
+    if computer.text(STATES).is_none_or(|states| states.is_empty()) {
+        return Finding::good(SUBJECT, "this computer cannot sleep");
+    }
+    let is_masked = ["/etc", "/run"].into_iter().any(|folder| {
+        let link = computer.link(&format!("{folder}/systemd/system/sleep.target"));
+        link.is_some_and(|target| target == Path::new("/dev/null"))
+    });
+    if is_masked {
+        return Finding::good(SUBJECT, "systemd does not let it sleep");
+    }
+    Finding::weak(
+        SUBJECT,
+        "it may be put to sleep: its robot stops then, and waits to be told where it is",
+        "one that stays awake",
+    )
+    .with("sudo systemctl mask sleep.target suspend.target hibernate.target hybrid-sleep.target")
 }
 
 /// A thread that sleeps until a time which has passed must not sleep, and one that sleeps until another must not wake before.
@@ -205,6 +229,18 @@ mod tests {
                 .command
                 .is_some_and(|command| command.starts_with("echo tsc |"))
         );
+    }
+
+    #[test]
+    fn a_computer_that_may_be_put_to_sleep_is_told() {
+        let able = || Fake::new().with("/sys/power/state", "freeze mem disk\n");
+        assert_eq!(sleeping(&able().computer()).verdict, Verdict::Weak);
+        for folder in ["/etc", "/run"] {
+            let path = format!("{folder}/systemd/system/sleep.target");
+            let masked = able().linking(&path, "/dev/null");
+            assert_eq!(sleeping(&masked.computer()).verdict, Verdict::Good);
+        }
+        assert_eq!(sleeping(&Fake::new().computer()).verdict, Verdict::Good);
     }
 
     #[test]

@@ -10,7 +10,7 @@ use super::supervision::{PERIOD_NS, Supervisor};
 use crate::activities::port::Command;
 use crate::process::ctl::{Pending, Server};
 use crate::process::watchdogs::Pulse;
-use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until};
+use crate::realtime::clock::{MILLISECOND_NS, SECOND_NS, now_ns, sleep_until, slept_ns};
 use crate::symbols::faults::Fault;
 use crate::symbols::values::Mode;
 
@@ -41,6 +41,7 @@ impl Supervisor {
             next_ns = (next_ns + PERIOD_NS).max(now_ns());
             sleep_until(next_ns);
             let now_ns = now_ns();
+            self.heed_sleep(slept_ns(), now_ns);
             if !self.watch.hangs() {
                 pulse.beat(now_ns);
             }

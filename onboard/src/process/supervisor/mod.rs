@@ -11,6 +11,7 @@ mod lease;
 mod lending;
 mod requests;
 mod sent;
+mod sleep;
 mod supervision;
 mod waiting;
 

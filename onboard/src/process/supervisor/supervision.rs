@@ -57,6 +57,8 @@ pub struct Supervisor {
     pub(super) sent: Option<Sent>,
     pub(super) resets: Waiting,
     pub(super) placings: Waiting,
+    /// For how long its computer had slept when it was looked at last, once it was.
+    pub(super) slept_ns: Option<u64>,
     /// Nobody knows where the robot stands until an operator says so.
     pub(super) lost: bool,
     /// Where an operator has said that it stands, until navigation says so too.
@@ -94,6 +96,7 @@ impl Supervisor {
             sent: None,
             resets: Waiting::default(),
             placings: Waiting::default(),
+            slept_ns: None,
             lost: false,
             placed: None,
         }

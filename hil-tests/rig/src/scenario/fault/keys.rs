@@ -46,6 +46,7 @@ impl ScriptedKind {
             | Self::FillDisk
             | Self::KillRobot
             | Self::RebootRobot
+            | Self::Sleep
             | Self::EndRobot
             | Self::Panic
             | Self::CloneRobot

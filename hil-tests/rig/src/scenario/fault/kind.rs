@@ -62,6 +62,9 @@ pub enum ScriptedKind {
     FullDisk,
     /// All threads of the robot stand still, or only `thread`, or its supervisor.
     Hang,
+    /// The robot's computer sleeps, as one whose power button was pressed: nothing of it runs, and its clock stands still. It wakes at the
+    /// end.
+    Sleep,
     /// Each wake-up of the robot's threads and of its supervisor is late with a probability, by up to `by_s`.
     LateThreads,
     /// The robot's computer is overloaded: its supervisor does not run, and the thread that controls its wheels wakes up late each
@@ -183,7 +186,7 @@ impl ScriptedKind {
     ];
 
     /// Those that a fleet comes through besides, but slowly: on each of them but a full disk the robot stops and needs its operator.
-    pub const BORNE: [Self; 11] = [
+    pub const BORNE: [Self; 12] = [
         Self::FullDisk,
         Self::RebootRobot,
         Self::LowVoltage,
@@ -195,6 +198,7 @@ impl ScriptedKind {
         Self::WeakBrakes,
         Self::FreezeLidar,
         Self::Overload,
+        Self::Sleep,
     ];
 
     /// Those after which robots are safe, but may need more than resets to go on. They are drawn now and then, but

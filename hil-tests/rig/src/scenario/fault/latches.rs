@@ -48,6 +48,7 @@ impl ScriptedKind {
             Self::KillRobot
             | Self::EndRobot
             | Self::RebootRobot
+            | Self::Sleep
             | Self::LoseNetwork
             | Self::FillDisk
             | Self::Absent => ENDED,

@@ -95,7 +95,7 @@ impl ScriptedFault {
             ..coasts(watchdog_s)
         };
         match self.what {
-            ScriptedKind::KillRobot | ScriptedKind::RebootRobot => alone,
+            ScriptedKind::KillRobot | ScriptedKind::RebootRobot | ScriptedKind::Sleep => alone,
             // Without its network it may drive once its next process runs, but not without its note.
             ScriptedKind::LoseNetwork => Stopping {
                 stops_for_s: STARTED_AGAIN_S - watchdog_s,
