@@ -21,8 +21,15 @@ const REPORT: Duration = Duration::from_millis(200);
 const LASTS: Duration = Duration::from_millis(1500);
 const HUGE: usize = 100 << 20;
 const RATE_PER_S: f64 = 5_000.0;
-/// A busy machine reaches at least that.
+/// A busy machine reaches at least that,
 const LEAST_PER_S: f64 = 500.0;
+/// and a quiet one, on which the longer test is for.
+const QUIET_PER_S: f64 = 4_500.0;
+/// Malformed bytes leave no more than this, in memory and in the log.
+const MOST_MIB: f64 = 8.0;
+const MOST_LOG: usize = 4_000;
+/// Nor is the huge message ever in memory as a whole.
+const MOST_PEAK_MIB: f64 = 24.0;
 /// Names that the site does not list.
 const STRANGERS: u64 = 10_000;
 
@@ -145,18 +152,18 @@ fn flood(lasts: Duration, at_least: u64, mut nonsense: impl FnMut(u64)) -> u64 {
 
 #[test]
 fn honest_robots_notice_nothing_of_nonsense() {
-    withstand(LASTS);
+    withstand(LASTS, LEAST_PER_S);
 }
 
 /// `cargo test -p mediator --test it -- --ignored --nocapture minute`
 #[test]
 #[ignore = "takes a minute; prints memory and log before and after"]
 fn honest_robots_notice_nothing_of_a_minute_of_malformed_bytes() {
-    withstand(Duration::from_secs(60));
+    withstand(Duration::from_secs(60), QUIET_PER_S);
 }
 
-/// Malformed bytes for this time, then strangers, then liars, then one huge message.
-fn withstand(malformed_lasts: Duration) {
+/// Malformed bytes for this time, at least so many a second, then strangers, then liars, then one huge message.
+fn withstand(malformed_lasts: Duration, least_per_s: f64) {
     let folder = tempfile::tempdir().expect("a folder");
     let site = site();
     let (honest, honest_at) = session(&[]);
@@ -183,6 +190,7 @@ fn withstand(malformed_lasts: Duration) {
             "malformed bytes: {:.1} MiB and {} bytes of log before, {:.1} MiB and {} bytes after",
             before.0, before.1, after.0, after.1
         );
+        assert!(after.0 - before.0 < MOST_MIB && after.1 - before.1 < MOST_LOG);
         let strangers = flood(LASTS, STRANGERS, |number| {
             let robot_id = format!("stranger-{number}");
             let report = RobotReport {
@@ -237,16 +245,19 @@ fn withstand(malformed_lasts: Duration) {
                 put(&key, elsewhere);
             }
         });
-        let least = malformed_lasts.as_secs_f64() * LEAST_PER_S;
+        let least = malformed_lasts.as_secs_f64() * least_per_s;
         assert!(malformed as f64 > least, "{malformed}");
         assert!(strangers >= STRANGERS && liars as f64 > LASTS.as_secs_f64() * LEAST_PER_S);
         let sent = malformed + strangers + liars + odd;
         let key = keys::report(PREFIX, "amr-0").expect("a plain name");
+        let peak_mib = program.peak_mib();
         let huge = other
             .put(key, vec![0; HUGE])
             .congestion_control(CongestionControl::Block);
         huge.wait().expect("the session is open");
         std::thread::sleep(Duration::from_secs(1));
+        let higher_mib = program.peak_mib() - peak_mib;
+        assert!(higher_mib < MOST_PEAK_MIB, "{higher_mib} MiB for a moment");
         let grown_mib = program.rss_mib() - before.0;
         end.store(true, Ordering::Relaxed);
         let honest = robots.join().expect("it ran");

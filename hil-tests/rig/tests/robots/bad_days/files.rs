@@ -73,9 +73,7 @@ fn a_mistake_in_a_file_is_named_and_nothing_is_started() {
     );
 }
 
-/// As with `onboard check ... | head -1`.
-#[test]
-fn who_closes_the_pipe_early_has_read_enough() {
+fn check() -> Command {
     let [robot, site] = ["robots/amr-1.toml", "sites/corridor.toml"].map(shipped);
     let mut command = Command::new(RIG);
     command
@@ -83,6 +81,27 @@ fn who_closes_the_pipe_early_has_read_enough() {
         .args(["check", "--robot"])
         .arg(robot);
     command.arg("--site").arg(site);
+    command
+}
+
+#[test]
+fn check_prints_how_late_a_stop_may_begin() {
+    let output = check().output().expect("it runs");
+    assert!(output.status.success(), "{}", said(&output));
+    let text = String::from_utf8_lossy(&output.stdout);
+    for line in [
+        "planned by the tubes",
+        "the drive or its bus hangs",
+        "wheels do not obey",
+    ] {
+        assert!(text.contains(line), "{line}: {text}");
+    }
+}
+
+/// As with `onboard check ... | head -1`.
+#[test]
+fn who_closes_the_pipe_early_has_read_enough() {
+    let mut command = check();
     command.stdout(Stdio::piped()).stderr(Stdio::piped());
     let mut child = command.spawn().expect("it starts");
     drop(child.stdout.take());
