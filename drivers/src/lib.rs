@@ -17,7 +17,7 @@
 //!
 //! # Units
 //! A number carries its unit in its name (`_rad_s`, `_mm`, `_ns`), or is a `Duration`. Times are nanoseconds of
-//! `CLOCK_MONOTONIC` ([`monotonic_ns`]), unless a link or line brings another [`Clock`]. Signs follow ROS REP 103: forward
+//! `CLOCK_BOOTTIME` ([`monotonic_ns`]), unless a link or line brings another [`Clock`]. Signs follow ROS REP 103: forward
 //! and left (counter-clockwise) are positive.
 //!
 //! # What is supported

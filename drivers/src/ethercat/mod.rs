@@ -18,7 +18,7 @@
 //! return at their deadline. Everything else may allocate and takes bounded time.
 //!
 //! # Units
-//! Times are nanoseconds of `CLOCK_MONOTONIC` ([`monotonic_ns`](crate::monotonic_ns)). Distributed-clock time is set to the same clock at
+//! Times are nanoseconds of `CLOCK_BOOTTIME` ([`monotonic_ns`](crate::monotonic_ns)). Distributed-clock time is set to the same clock at
 //! bring-up and runs free after it.
 //!
 //! # Example

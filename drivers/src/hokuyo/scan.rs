@@ -20,7 +20,7 @@ pub struct Scan {
     pub first_step: u16,
     /// Steps from one reading to the next, at least 1.
     pub cluster: u16,
-    /// When the first reading was taken: nanoseconds of CLOCK_MONOTONIC.
+    /// When the first reading was taken: nanoseconds of CLOCK_BOOTTIME.
     pub stamp_ns: u64,
     /// The device's own time at the start of the turn, continued over its 24-bit wrap.
     pub device_ms: u64,
@@ -83,9 +83,9 @@ impl From<u16> for Reading {
 /// When a scan arrived, and what was missed before it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Received {
-    /// When the scan's first line was read, CLOCK_MONOTONIC.
+    /// When the scan's first line was read, CLOCK_BOOTTIME.
     pub arrival_ns: u64,
-    /// When the scan was complete, CLOCK_MONOTONIC.
+    /// When the scan was complete, CLOCK_BOOTTIME.
     pub complete_ns: u64,
     /// Whole turns of the device between the scan before and this one that did not arrive.
     pub missed: u32,

@@ -55,7 +55,7 @@ pub trait SerialLine: Debug + Send {
     /// Bytes written that have not left yet.
     fn unsent_bytes(&self) -> u32;
 
-    /// The clock of its deadlines: `CLOCK_MONOTONIC`, unless the device is simulated on another.
+    /// The clock of its deadlines: `CLOCK_BOOTTIME`, unless the device is simulated on another.
     fn clock(&self) -> Arc<dyn Clock> {
         Arc::new(Monotonic)
     }

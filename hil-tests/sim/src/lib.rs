@@ -24,7 +24,7 @@
 //!
 //! # Units
 //! A number carries its unit in its name. Metres and radians in the frames of ROS REP 103 (x forward, y left,
-//! counter-clockwise positive); lidar readings in millimetres; times in nanoseconds of `CLOCK_MONOTONIC`.
+//! counter-clockwise positive); lidar readings in millimetres; times in nanoseconds of `CLOCK_BOOTTIME`.
 //!
 //! # What is simulated
 //! *Supported*: behaves as the device does, and tests hold it. *Partial*: within the limits given. *Planned*: missing.

@@ -8,10 +8,10 @@ use std::io;
 
 use rustix::time::{ClockId, clock_gettime};
 
-/// Now on the monotonic clock.
+/// Now, on the clock that robots have: `CLOCK_BOOTTIME`.
 #[must_use]
 pub fn monotonic_ns() -> u64 {
-    let now = clock_gettime(ClockId::Monotonic);
+    let now = clock_gettime(ClockId::Boottime);
     now.tv_sec as u64 * 1_000_000_000 + now.tv_nsec as u64
 }
 

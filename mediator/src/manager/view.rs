@@ -158,7 +158,16 @@ impl View<'_> {
             match it.claim(area) {
                 _ if it.intrudes(area) => add(format_args!("{id} (in it without a grant{silent})")),
                 Some(claim) if claim.is_entered() => {
-                    add(format_args!("{id} (in it, fence {}{silent})", claim.fence));
+                    let is_in = it.stands_in(area) || !it.placed;
+                    let where_it_is = if is_in {
+                        "in it"
+                    } else {
+                        "has left it, may come back"
+                    };
+                    add(format_args!(
+                        "{id} ({where_it_is}, fence {}{silent})",
+                        claim.fence
+                    ));
                 }
                 Some(claim) if claim.is_held() => {
                     add(format_args!(

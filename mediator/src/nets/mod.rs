@@ -24,5 +24,6 @@ pub use plan::Plan;
 
 pub(crate) use distinct::distinct;
 pub(crate) use instance::{Instance, Phase};
+pub(crate) use participant::GivenBack;
 pub(crate) use plan::{Cast, Kind, Passage, Script, SituationPlan};
 pub(crate) use stored::Unrestorable;

@@ -19,6 +19,17 @@ pub(crate) struct Kept {
     pub(crate) left: bool,
 }
 
+/// How a robot has given an area back.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum GivenBack {
+    /// It was not in it.
+    Unused,
+    /// It was, and wants it no more.
+    Used,
+    /// It was, and may want it still: it was asked for it, or knows again where it is.
+    Taken,
+}
+
 #[derive(Clone, Debug)]
 pub(crate) struct Participant {
     pub(crate) robot: usize,
@@ -160,12 +171,17 @@ impl Participant {
         on_the_way && self.own.is_none()
     }
 
-    /// It has given an area back, after having been in it or not.
+    /// It has given an area back. One whose answers follow from protocol 1 may be in other areas of its passage, and get this one again.
     ///
     /// A robot may have been wrong about where it is, and have to go in again: what its flag let it into stays kept for it until
     /// it has answered that.
-    pub(crate) fn gave_back(&mut self, area: usize, entered: bool) -> bool {
+    pub(crate) fn gave_back(&mut self, area: usize, how: GivenBack) -> bool {
         let before = self.kept.len();
+        let entered = match how {
+            GivenBack::Unused => false,
+            GivenBack::Used => true,
+            GivenBack::Taken => self.own.is_none(),
+        };
         if entered && self.is_on_the_way(area) {
             { self.kept.iter_mut() }
                 .filter(|kept| kept.area == area && kept.granted)
@@ -269,14 +285,26 @@ mod tests {
         let mut participant =
             Participant::new(0, &script(protocols::control([]).expect("valid")), false);
         participant.keep(&[4]);
-        participant.gave_back(4, true);
+        participant.gave_back(4, GivenBack::Used);
         assert!(participant.keeps(4), "that was before");
         participant.granted(4);
-        participant.gave_back(4, false);
+        participant.gave_back(4, GivenBack::Unused);
         assert!(participant.keeps(4), "it was not in there");
         participant.granted(4);
-        participant.gave_back(4, true);
+        participant.gave_back(4, GivenBack::Used);
         assert!(!participant.keeps(4));
+    }
+
+    #[test]
+    fn what_was_taken_from_one_whose_answers_follow_from_its_areas_stays_kept() {
+        for (derived, stays) in [(true, true), (false, false)] {
+            let script = script(protocols::control([]).expect("valid"));
+            let mut participant = Participant::new(0, &script, derived);
+            participant.keep(&[4]);
+            participant.granted(4);
+            participant.gave_back(4, GivenBack::Taken);
+            assert_eq!(participant.keeps(4), stays);
+        }
     }
 
     #[test]
@@ -308,7 +336,7 @@ mod tests {
         both(&mut participant, "e1", None);
         for _ in 0..2 {
             participant.granted(4);
-            assert!(participant.gave_back(4, true));
+            assert!(participant.gave_back(4, GivenBack::Used));
             assert!(participant.keeps(4), "it has not said that it is done");
         }
         robot.set(flag("done1")).expect("next");

@@ -132,6 +132,15 @@ fn send(session: &zenoh::Session, robot: &str, bytes: Vec<u8>) {
     put.wait().expect("the session is open");
 }
 
+/// Tells the honest robots to end, also where an assertion fails meanwhile.
+struct Ends<'a>(&'a AtomicBool);
+
+impl Drop for Ends<'_> {
+    fn drop(&mut self) {
+        self.0.store(true, Ordering::Relaxed);
+    }
+}
+
 /// Calls `nonsense` with growing numbers for this time, and until it was called so often: [`RATE_PER_S`] times a second, or as often as
 /// this machine can. Returns how often.
 fn flood(lasts: Duration, at_least: u64, mut nonsense: impl FnMut(u64)) -> u64 {
@@ -178,6 +187,7 @@ fn withstand(malformed_lasts: Duration, least_per_s: f64) {
             honest.run(&end);
             honest
         });
+        let ends = Ends(&end);
         std::thread::sleep(Duration::from_secs(3));
         let before = (program.rss_mib(), program.log().len());
         let mut random = Random::new(1);
@@ -259,7 +269,7 @@ fn withstand(malformed_lasts: Duration, least_per_s: f64) {
         let higher_mib = program.peak_mib() - peak_mib;
         assert!(higher_mib < MOST_PEAK_MIB, "{higher_mib} MiB for a moment");
         let grown_mib = program.rss_mib() - before.0;
-        end.store(true, Ordering::Relaxed);
+        drop(ends);
         let honest = robots.join().expect("it ran");
         let log = program.log();
         for (client, _) in &honest.robots {

@@ -13,6 +13,7 @@ mod lanes;
 mod large_nets;
 mod liveliness;
 mod model;
+mod passage;
 mod plans;
 mod privacy;
 mod program;

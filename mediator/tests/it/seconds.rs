@@ -726,8 +726,13 @@ fn one_that_appears_where_somebody_has_left_takes_back_what_that_keeps() {
     robots[0].1.stands_in = vec![AREA.to_owned()];
     rounds(&mut manager, &mut robots, 3..5);
     robots[0].1.stands_in.clear();
+    robots[1].1.wanted = vec![AREA.to_owned()];
     rounds(&mut manager, &mut robots, 5..7);
     assert!(robots[0].0.holds(AREA));
+    let why = manager.why("amr-2", NOW_NS + 7 * STEP_NS);
+    let why = why.expect("a robot");
+    assert!(why.contains("amr-1 (has left it, may come back"), "{why}");
+    robots[1].1.wanted.clear();
     robots.push(clone_of_the_second(8, AREA));
     rounds(&mut manager, &mut robots, 7..12);
     assert!(!robots[0].0.holds(AREA));

@@ -145,6 +145,15 @@ impl Member {
         self.client.placed_anew();
     }
 
+    /// Where the robot was is not known any more: an operator must say where it stands.
+    pub fn lose_place(&mut self) {
+        match self.origin {
+            // The mediator has not said what it knows: then that does not count.
+            Origin::Unknown => self.setup.began = Began::Lost,
+            Origin::Resuming | Origin::Known | Origin::Lost => self.origin = Origin::Lost,
+        }
+    }
+
     /// What navigation says to [`Directive::Instruct`].
     pub fn answered(&mut self, answer: Instructed) {
         self.orders.answered(answer);
@@ -190,11 +199,12 @@ impl Member {
             Some(place) => needs.wanted(sense, place, &stands_in),
             None => (Vec::new(), AreaSet::EMPTY),
         };
-        let committed = place.map_or(AreaSet::EMPTY, |place| {
-            // What it has just left lies behind.
-            needs.committed(&place, sense.speed_m_s).difference(&left)
-        });
         self.wanted = wanted.iter().copied().collect();
+        let committed = place.map_or(AreaSet::EMPTY, |place| {
+            // What it has just left lies behind, unless it wants it: then its pose may only have moved.
+            let behind = left.difference(&self.wanted);
+            needs.committed(&place, sense.speed_m_s).difference(&behind)
+        });
         let situation = Situation {
             located: place.is_some(),
             stands_in: self.ids(stands_in.iter()),

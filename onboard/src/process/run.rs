@@ -28,7 +28,7 @@ use crate::process::signals::termination_flag;
 use crate::process::supervisor::{Ending, Keeper, Supervisor, UNSUPERVISED_NS, ports};
 use crate::process::teleop::{self, Desk};
 use crate::process::watchdogs::Watchdogs;
-use crate::realtime::clock::{SECOND_NS, check_absolute_sleep, now_ns, sleep_until};
+use crate::realtime::clock::{SECOND_NS, check_absolute_sleep, now_ns, sleep_until, slept_ns};
 use crate::realtime::latency::{self, keep_cores_awake};
 use crate::realtime::log::{self, LogSender};
 use crate::realtime::memory::{MemoryLock, lock_memory, populate_memory};
@@ -104,6 +104,7 @@ pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<
         ));
     }
     let mut store = CheckpointFile::of(runtime, &plan.robot.identity.id)?;
+    let slept_ns = slept_ns();
     let left = Left::take(&mut store, &plan, &log, now_ns())?;
     let store = Background::of(store).map_err(Failure::refused)?;
     let keeper = Keeper::new(Box::new(store), &plan, &left);
@@ -116,6 +117,8 @@ pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<
         (&log, log_drain, &panicked),
         (locked, guests),
     )?;
+    // From before it was known where the robot is.
+    robot.supervisor.heed_sleep(slept_ns, || None, now_ns());
     // A panic of the supervisor itself leaves the robot to the drive activity, which stops it.
     let ending = catch_unwind(AssertUnwindSafe(|| {
         let pulse = watchdogs.pulse();

@@ -1,4 +1,4 @@
-//! The monotonic clock, in nanoseconds. Wall-clock time decides nothing in this process.
+//! The monotonic clock, in nanoseconds, which goes on while the computer sleeps. Wall-clock time decides nothing in this process.
 //!
 //! What also runs on a simulated clock is given a [`Clock`]; the rest, which only runs in this process, asks here.
 

@@ -27,7 +27,7 @@ pub trait Link: Send {
     /// As for [`send`](Link::send). Reaching the deadline is no error.
     fn receive(&mut self, buffer: &mut [u8], deadline_ns: u64) -> io::Result<Option<usize>>;
 
-    /// The clock of its deadlines: `CLOCK_MONOTONIC`, unless the segment is simulated on another.
+    /// The clock of its deadlines: `CLOCK_BOOTTIME`, unless the segment is simulated on another.
     fn clock(&self) -> Arc<dyn Clock> {
         Arc::new(Monotonic)
     }

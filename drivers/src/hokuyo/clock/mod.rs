@@ -1,4 +1,4 @@
-//! Maps the device's millisecond clock to CLOCK_MONOTONIC.
+//! Maps the device's millisecond clock to CLOCK_BOOTTIME.
 //!
 //! Bytes arrive with an unknown and changing delay; the device's stamps do not. Before streaming, readings of the clock
 //! in adjust mode (`TM`) bound the offset between both clocks from two sides ([`ClockBounds`]). While streaming, the
@@ -47,7 +47,7 @@ const LATE_NS: i64 = 500 * MS_NS;
 /// A scan's times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mapped {
-    /// Start of the turn, CLOCK_MONOTONIC.
+    /// Start of the turn, CLOCK_BOOTTIME.
     pub start_ns: u64,
     /// The device's time, continued over its wraps.
     pub device_ms: u64,

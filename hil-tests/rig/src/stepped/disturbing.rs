@@ -32,7 +32,7 @@ impl Stepped<'_> {
                     robot.be_late(late);
                 }
             }
-            ScriptedKind::Sleep => robot.iter_mut().for_each(|own| own.clock().sleep(lasts)),
+            ScriptedKind::Sleep => robot.iter_mut().for_each(|own| own.sleep(lasts)),
             ScriptedKind::Drift => {
                 let drift = self.faults.drift(Some(number));
                 robot.iter_mut().for_each(|own| own.clock().drift(drift));

@@ -96,11 +96,14 @@ impl Answered {
     }
 }
 
-/// Whether operators ask again what was refused for this reason: resets that left faults, to go on in spite of one, and to read the files
-/// of a robot that does not come to a stand.
+/// Whether operators ask again what was refused for this reason: resets that left faults, to go on in spite of one, to read the files
+/// of a robot that does not come to a stand, and what a computer has slept over.
 fn is_asked_again(why: &Refusal) -> bool {
     matches!(
         why,
-        Refusal::Remaining(_) | Refusal::StoppedByFault | Refusal::ReloadTooSlow(_)
+        Refusal::Remaining(_)
+            | Refusal::StoppedByFault
+            | Refusal::ReloadTooSlow(_)
+            | Refusal::Slept
     )
 }

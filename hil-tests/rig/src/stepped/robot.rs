@@ -236,6 +236,11 @@ impl SteppedRobot {
         self.hung = threads.iter().map(|&name| name.to_owned()).collect();
     }
 
+    /// From now on its computer sleeps, or is awake.
+    pub fn sleep(&mut self, sleeps: bool) {
+        self.clock.sleep(sleeps);
+    }
+
     /// This of its threads panics when it has ended its present turn; `supervisor` is the main one.
     pub fn panic(&mut self, thread: &str) {
         if thread == SUPERVISOR {
@@ -305,9 +310,12 @@ impl SteppedRobot {
             if self.ends.stops(&mut self.supervisor, now_ns) {
                 return;
             }
-            self.supervisor.heed_sleep(self.clock.slept_ns(), now_ns);
+            let lent = || self.desk.lent();
+            let (requests, slept_ns) = (&mut self.requests, self.clock.slept_ns());
+            self.supervisor
+                .heed_sleep(slept_ns, || requests.next(lent()), now_ns);
             // One at a time, as people are not faster.
-            let mut next = self.requests.next(self.desk.lent());
+            let mut next = self.requests.next(lent());
             if self.supervisor.turn(now_ns, self.ends.told, || next.take()) {
                 self.ends.stop(&mut self.supervisor, now_ns);
             }
@@ -316,10 +324,7 @@ impl SteppedRobot {
 
     /// What it believes, and says of its faults and devices.
     pub fn insight(&mut self) -> &mut Insight {
-        // What it said before it fell asleep is not what it believes now.
-        if !self.clock.sleeps() {
-            self.insight.set_ahead(self.clock.ahead_ns() as i64);
-        }
+        self.insight.set_ahead(self.clock.ahead_ns() as i64);
         &mut self.insight
     }
 

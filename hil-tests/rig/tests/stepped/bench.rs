@@ -250,6 +250,13 @@ impl Bench {
         self.robot.hang(threads);
     }
 
+    /// Its computer sleeps for so long, and is awake again.
+    pub fn sleep(&mut self, seconds: f64) {
+        self.robot.sleep(true);
+        self.watch(seconds);
+        self.robot.sleep(false);
+    }
+
     /// This of its threads panics.
     pub fn panic(&mut self, thread: &str) {
         self.robot.panic(thread);
@@ -277,6 +284,11 @@ impl Bench {
     /// What operators were answered, with the name of the request.
     pub fn replies(&self) -> Vec<(&'static str, Reply)> {
         self.robot.replies()
+    }
+
+    /// An operator waits for an answer.
+    pub fn owes_an_answer(&self) -> bool {
+        self.robot.owes_an_answer()
     }
 
     /// Asks, and waits for the answer; returns it, and after how many seconds it came.

@@ -22,6 +22,7 @@ mod panics;
 mod placing;
 mod resets;
 mod scripted;
+mod sleep;
 mod straying;
 mod teleop;
 mod trials;

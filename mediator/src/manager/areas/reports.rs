@@ -9,6 +9,7 @@ use crate::journal::AccessRecord;
 use crate::manager::alarm::{Alarm, BadReport};
 use crate::manager::effects::Effects;
 use crate::manager::sessions::Heard;
+use crate::nets::GivenBack;
 
 impl Areas {
     /// Takes in everything that a report says of protocol 1 and of revocations. Returns whether a level has changed.
@@ -73,6 +74,7 @@ impl Areas {
             let (found, expected) = (access.fence, claim.fence);
             return Err(BadReport::Fence { found, expected });
         }
+        let fence = claim.fence;
         let news = claim.merge(level)?;
         claim.complained = false;
         if !news {
@@ -96,7 +98,8 @@ impl Areas {
                         self.robots[robot].left.push(area);
                     }
                     effects.counters.given_back += 1;
-                    reservations.gave_back(robot, area, entered, effects);
+                    let how = self.given_back(robot, area, entered.then_some(fence));
+                    reservations.gave_back(robot, area, how, effects);
                     self.unconcern(area, robot);
                     self.touch(area);
                 }
@@ -107,6 +110,18 @@ impl Areas {
             effects.tell(robot);
         }
         Ok(changed)
+    }
+
+    /// How a robot has given an area back that it has entered by the grant of this fence, if it has. Before this report it was lost, or
+    /// the mediator had asked for the area.
+    fn given_back(&self, robot: usize, area: usize, entered: Option<u64>) -> GivenBack {
+        let own = &self.robots[robot];
+        let asks = |fence| { own.revocations.get(&area) }.is_some_and(|own| own.asks_for(fence));
+        match entered {
+            None => GivenBack::Unused,
+            Some(fence) if !own.located || asks(fence) => GivenBack::Taken,
+            Some(_) => GivenBack::Used,
+        }
     }
 
     /// The claim that a robot says it has replaces the one that is known; it queues up again if it asks. Returns the area.

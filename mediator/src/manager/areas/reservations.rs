@@ -1,6 +1,7 @@
 //! What coordinations decide about areas.
 
 use crate::manager::effects::Effects;
+use crate::nets::GivenBack;
 
 /// An area that is kept for a robot and was not granted to it since.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -23,6 +24,6 @@ pub(crate) trait Reservations {
     /// A robot was granted an area.
     fn granted(&mut self, robot: usize, area: usize, effects: &mut Effects);
 
-    /// A robot has given an area back, after having been in it or not.
-    fn gave_back(&mut self, robot: usize, area: usize, entered: bool, effects: &mut Effects);
+    /// A robot has given an area back.
+    fn gave_back(&mut self, robot: usize, area: usize, how: GivenBack, effects: &mut Effects);
 }

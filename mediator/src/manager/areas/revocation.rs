@@ -69,6 +69,12 @@ impl Revocation {
         true
     }
 
+    /// It asks for the grant with this fence, and there is no answer yet.
+    pub(super) fn asks_for(&self, fence: u64) -> bool {
+        let at = self.replica.position();
+        self.fence == fence && at != Position::START && !self.replica.protocol().is_end(at)
+    }
+
     /// Lets time pass. Returns whether its robot may be asked again from now on.
     pub(super) fn grows_old(&mut self, now_ns: u64) -> bool {
         let before = self.kept;

@@ -13,6 +13,7 @@ use crate::manager::alarm::{Alarm, BadReport};
 use crate::manager::effects::Effects;
 use crate::manager::names::Names;
 use crate::manager::sessions::{Heard, Sessions};
+use crate::nets::GivenBack;
 use crate::setup::{AreaSetup, RobotSetup, Setup};
 
 /// Nets that keep one area for one robot, or none.
@@ -20,6 +21,7 @@ use crate::setup::{AreaSetup, RobotSetup, Setup};
 struct Nets {
     keeps: Option<Reserved>,
     granted: Vec<(usize, usize)>,
+    given_back: Vec<GivenBack>,
 }
 
 impl Reservations for Nets {
@@ -40,7 +42,9 @@ impl Reservations for Nets {
         self.granted.push((robot, area));
     }
 
-    fn gave_back(&mut self, _: usize, _: usize, _: bool, _: &mut Effects) {}
+    fn gave_back(&mut self, _: usize, _: usize, how: GivenBack, _: &mut Effects) {
+        self.given_back.push(how);
+    }
 }
 
 /// One area for one robot, and three robots that are heard; the last one goes first.

@@ -11,7 +11,7 @@ use crate::manager::alarm::Alarm;
 use crate::manager::areas::{Reservations, Reserved};
 use crate::manager::effects::Effects;
 use crate::manager::names::Names;
-use crate::nets::{Instance, Kind, Plan, Unrestorable};
+use crate::nets::{GivenBack, Instance, Kind, Plan, Unrestorable};
 
 /// The last 32 coordinations that are over are remembered, for people.
 const REMEMBERED: usize = 32;
@@ -40,7 +40,7 @@ impl Running {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum KeptChange {
     Granted,
-    GaveBack { entered: bool },
+    GaveBack(GivenBack),
 }
 
 /// Everything about coordinations that the manager keeps. Those that run are named by the number of their plan.
@@ -324,7 +324,7 @@ impl Coordinations {
                 if participant.robot == robot && participant.keeps(area) {
                     changed |= match change {
                         KeptChange::Granted => participant.granted(area),
-                        KeptChange::GaveBack { entered } => participant.gave_back(area, entered),
+                        KeptChange::GaveBack(how) => participant.gave_back(area, how),
                     };
                 }
             }
@@ -370,8 +370,8 @@ impl Reservations for Coordinations {
         self.kept_changed(robot, area, effects, KeptChange::Granted);
     }
 
-    fn gave_back(&mut self, robot: usize, area: usize, entered: bool, effects: &mut Effects) {
-        let change = KeptChange::GaveBack { entered };
+    fn gave_back(&mut self, robot: usize, area: usize, how: GivenBack, effects: &mut Effects) {
+        let change = KeptChange::GaveBack(how);
         self.kept_changed(robot, area, effects, change);
     }
 }

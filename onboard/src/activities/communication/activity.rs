@@ -43,6 +43,8 @@ pub struct Communication {
     session_complaints: Complaints,
     hearing: Hearing,
     snapshot: Snapshot,
+    /// Nobody knows where the robot is, says the supervisor.
+    lost: bool,
     sequence: u64,
     sent: Option<RobotState>,
     sent_ns: u64,
@@ -76,6 +78,7 @@ impl Communication {
             session_complaints: Complaints::default(),
             hearing: Hearing::new(now_ns),
             snapshot: Snapshot::default(),
+            lost: false,
             sequence: 0,
             sent: None,
             sent_ns: 0,
@@ -238,15 +241,21 @@ impl Activity for Communication {
     }
 
     fn communicate_in(&mut self, now_ns: u64) {
+        let mode = self.symbols.mode.read().value;
         self.snapshot = Snapshot {
             pose: self.symbols.pose.read(),
             odometry: self.symbols.odometry.read().value,
             navigation: self.symbols.navigation.read().value,
             faults: self.symbols.faults.read().value,
-            mode: self.symbols.mode.read().value.mode,
+            mode: mode.mode,
             drive: self.symbols.drive.read().value,
             load: self.symbols.load.read().value,
         };
+        // By the change alone: navigation may say where it was put before the supervisor says that it is lost no more.
+        let was_lost = std::mem::replace(&mut self.lost, mode.lost != 0);
+        if self.lost && !was_lost {
+            self.membership.lose_place();
+        }
         self.membership
             .listen(self.snapshot.odometry.twist.v_m_s, now_ns);
     }

@@ -105,6 +105,13 @@ impl Membership {
         inner.sense = sense(&whereabouts.value, fresh, speed_m_s);
     }
 
+    /// Nobody knows where the robot is any more.
+    pub(super) fn lose_place(&mut self) {
+        if let Some(inner) = &mut self.inner {
+            inner.member.lose_place();
+        }
+    }
+
     /// One step of the protocols.
     pub(super) fn step(&mut self, now_ns: u64) {
         if let Some(inner) = &mut self.inner {

@@ -119,11 +119,14 @@ fn clock(computer: &Computer) -> Finding {
     }
 }
 
-/// Whether somebody who presses a button, or nobody for long, puts the computer to sleep while its robot drives.
+/// Whether somebody who closes a lid or presses a key, or nobody for long, puts the computer to sleep while its robot drives.
 fn sleeping(computer: &Computer) -> Finding {
     const SUBJECT: &str = "sleep";
-    const STATES: &str = "/sys/power/state";
-    if computer.text(STATES).is_none_or(|states| states.is_empty()) {
+    const CLOCKS: &str = "/sys/class/rtc";
+    let Some(states) = computer.text("/sys/power/state") else {
+        return Finding::unknown(SUBJECT, "the kernel does not tell");
+    };
+    if states.is_empty() {
         return Finding::good(SUBJECT, "this computer cannot sleep");
     }
     let is_masked = ["/etc", "/run"].into_iter().any(|folder| {
@@ -133,12 +136,17 @@ fn sleeping(computer: &Computer) -> Finding {
     if is_masked {
         return Finding::good(SUBJECT, "systemd does not let it sleep");
     }
-    Finding::weak(
-        SUBJECT,
-        "it may be put to sleep: its robot stops then, and waits to be told where it is",
-        "one that stays awake",
+    // By such a clock the kernel tells how long it has slept.
+    let mut clocks = computer.names(CLOCKS).into_iter();
+    let is_told = |clock: String| computer.number(&format!("{CLOCKS}/{clock}/hctosys")) == Some(1);
+    let is = if clocks.any(is_told) {
+        "it may be put to sleep: its robot stops then, and waits to be told where it is"
+    } else {
+        "it may be put to sleep, and without a battery-backed clock may not notice when it wakes"
+    };
+    Finding::weak(SUBJECT, is, "one that stays awake").with(
+        "sudo systemctl mask sleep.target suspend.target hibernate.target hybrid-sleep.target",
     )
-    .with("sudo systemctl mask sleep.target suspend.target hibernate.target hybrid-sleep.target")
 }
 
 /// A thread that sleeps until a time which has passed must not sleep, and one that sleeps until another must not wake before.
@@ -234,13 +242,19 @@ mod tests {
     #[test]
     fn a_computer_that_may_be_put_to_sleep_is_told() {
         let able = || Fake::new().with("/sys/power/state", "freeze mem disk\n");
-        assert_eq!(sleeping(&able().computer()).verdict, Verdict::Weak);
+        let found = sleeping(&able().computer());
+        assert!(found.verdict == Verdict::Weak && found.is.contains("may not notice"));
+        let clock = able().with("/sys/class/rtc/rtc0/hctosys", "1\n");
+        let found = sleeping(&clock.computer());
+        assert!(found.verdict == Verdict::Weak && found.is.contains("stops then"));
         for folder in ["/etc", "/run"] {
             let path = format!("{folder}/systemd/system/sleep.target");
             let masked = able().linking(&path, "/dev/null");
             assert_eq!(sleeping(&masked.computer()).verdict, Verdict::Good);
         }
-        assert_eq!(sleeping(&Fake::new().computer()).verdict, Verdict::Good);
+        let unable = Fake::new().with("/sys/power/state", "");
+        assert_eq!(sleeping(&unable.computer()).verdict, Verdict::Good);
+        assert_eq!(sleeping(&Fake::new().computer()).verdict, Verdict::Unknown);
     }
 
     #[test]

@@ -2,6 +2,7 @@
 
 mod areas;
 mod lease;
+mod lost;
 mod mediator;
 
 use std::collections::{BTreeMap, BTreeSet};

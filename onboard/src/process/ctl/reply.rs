@@ -189,6 +189,9 @@ pub enum Refusal {
     /// Navigation is not in a state to take events.
     #[error("navigation does not run yet")]
     NotReady,
+    /// It was asked before the computer slept.
+    #[error("the computer has slept since: look where the robot is, and ask again")]
+    Slept,
     /// The queue to navigation is full.
     #[error("navigation does not take its commands; see `onboard inspect` for what it does")]
     QueueFull,

@@ -41,7 +41,7 @@ impl Supervisor {
             next_ns = (next_ns + PERIOD_NS).max(now_ns());
             sleep_until(next_ns);
             let now_ns = now_ns();
-            self.heed_sleep(slept_ns(), now_ns);
+            self.heed_sleep(slept_ns(), || server.next(), now_ns);
             if !self.watch.hangs() {
                 pulse.beat(now_ns);
             }

@@ -62,8 +62,7 @@ pub enum ScriptedKind {
     FullDisk,
     /// All threads of the robot stand still, or only `thread`, or its supervisor.
     Hang,
-    /// The robot's computer sleeps, as one whose power button was pressed: nothing of it runs, and its clock stands still. It wakes at the
-    /// end.
+    /// The robot's computer sleeps, as one whose lid was closed: nothing of it runs, until it wakes at the end.
     Sleep,
     /// Each wake-up of the robot's threads and of its supervisor is late with a probability, by up to `by_s`.
     LateThreads,

@@ -1,0 +1,100 @@
+//! A robot that a net lets into several areas at once, of which one is taken from it while it is in another.
+
+use contract::client::{Client, Situation};
+use contract::timing::SILENT_AFTER_NS;
+use mediator::journal::{ClosedRecord, Stored};
+use mediator::manager::Manager;
+
+use crate::sites;
+use crate::takeover::talk;
+
+const STEP_NS: u64 = SILENT_AFTER_NS / 5;
+const IN: &str = "access-in";
+const OUT: &str = "access-out";
+
+/// The big robot has entered both lanes of the shipped docking bay, has left the lane out, and would come back to it.
+struct Bay {
+    manager: Manager,
+    robots: Vec<(Client, Situation)>,
+    now_ns: u64,
+}
+
+impl Bay {
+    fn new() -> Self {
+        let (setup, plans) = sites::docking();
+        let manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
+        let robots = ["amr-1", "amr-2", "amr-big"].map(|id| {
+            let situation = Situation {
+                located: true,
+                ..Situation::default()
+            };
+            (
+                Client::new(id, &setup.site, 7).on(setup.floor.clone()),
+                situation,
+            )
+        });
+        let mut bay = Self {
+            manager,
+            robots: robots.into(),
+            now_ns: 10 * SILENT_AFTER_NS,
+        };
+        bay.talk();
+        bay.robots[2].1.wanted = [IN, OUT].map(str::to_owned).into();
+        bay.talk();
+        assert!(bay.has(IN) && bay.has(OUT), "{}", bay.why());
+        for stands in [&[IN, OUT][..], &[IN]] {
+            bay.robots[2].1.stands_in = stands.iter().map(|&area| area.to_owned()).collect();
+            bay.talk();
+        }
+        assert!(bay.has(OUT));
+        bay
+    }
+
+    fn talk(&mut self) {
+        for _ in 0..5 {
+            self.now_ns += STEP_NS;
+            talk(&mut self.manager, &mut self.robots, self.now_ns);
+        }
+    }
+
+    fn has(&self, area: &str) -> bool {
+        self.robots[2].0.holds(area)
+    }
+
+    fn why(&self) -> String {
+        self.manager.why("amr-big", self.now_ns).expect("a robot")
+    }
+}
+
+#[test]
+fn what_was_closed_meanwhile_it_has_again_when_that_is_open() {
+    let mut bay = Bay::new();
+    // Who waits for it does not get it in between.
+    bay.robots[0].1.wanted = vec![OUT.to_owned()];
+    bay.talk();
+    let closed = bay.manager.close(OUT, ClosedRecord::default(), bay.now_ns);
+    assert_eq!(closed.expect("the site has it").granted, ["amr-big"]);
+    bay.talk();
+    assert!(!bay.has(OUT) && bay.has(IN));
+    assert_eq!(bay.manager.open(OUT, bay.now_ns), Ok(true));
+    bay.talk();
+    assert!(bay.has(OUT), "{}", bay.why());
+    // It has passed, and wants neither any more.
+    (bay.robots[2].1.wanted, bay.robots[2].1.stands_in) = (Vec::new(), Vec::new());
+    bay.talk();
+    assert!(
+        bay.robots[0].0.holds(OUT),
+        "{}",
+        bay.manager.why("amr-1", bay.now_ns).expect("a robot")
+    );
+}
+
+#[test]
+fn what_it_gave_back_since_it_was_lost_it_has_again() {
+    let mut bay = Bay::new();
+    for located in [false, true] {
+        bay.robots[2].1.located = located;
+        bay.talk();
+    }
+    assert!(bay.has(IN) && bay.has(OUT), "{}", bay.why());
+}
