@@ -176,6 +176,48 @@ mod tests {
         assert!(slept_ns() <= monotonic_ns() - awake_ns);
     }
 
+    /// In a time namespace, as on a computer that has slept for a day: where this process may have one.
+    #[test]
+    fn waits_are_as_long_on_a_computer_that_has_slept() {
+        let this = std::env::current_exe().expect("it runs");
+        let output = std::process::Command::new("unshare")
+            .args(["--time", "--boottime", "86400"])
+            .arg(this)
+            .args(["--ignored", "--exact", "clock::tests::has_slept_for_a_day"])
+            .output();
+        let Ok(output) = output else {
+            return println!("skipped: there is no `unshare`");
+        };
+        let (said, error) = [&output.stdout, &output.stderr]
+            .map(|bytes| String::from_utf8_lossy(bytes).into_owned())
+            .into();
+        if !said.contains("running 1 test") {
+            return println!("skipped: {error}");
+        }
+        assert!(output.status.success(), "{said}{error}");
+    }
+
+    #[test]
+    #[ignore = "the test above runs it where the clocks differ"]
+    fn has_slept_for_a_day() {
+        const DAY_NS: u64 = 86_400_000_000_000;
+        std::thread::spawn(|| {
+            std::thread::sleep(std::time::Duration::from_secs(20));
+            eprintln!("it waits for the clock that stood still");
+            std::process::exit(1);
+        });
+        assert!((DAY_NS - 1_000 * MILLISECOND_NS..=DAY_NS).contains(&slept_ns()));
+        let began_ns = monotonic_ns();
+        let (word, until_ns) = (AtomicU32::new(1), began_ns + 5 * MILLISECOND_NS);
+        while monotonic_ns() < until_ns {
+            Monotonic.wait_on(&word, 1, until_ns);
+        }
+        Monotonic.sleep_until(until_ns + 5 * MILLISECOND_NS);
+        let took_ns = monotonic_ns() - began_ns;
+        assert!((10 * MILLISECOND_NS..5_000 * MILLISECOND_NS).contains(&took_ns));
+        assert_eq!(check_absolute_sleep(), Ok(()));
+    }
+
     #[test]
     fn a_sleep_that_counts_from_now_is_refused() {
         assert_eq!(check_absolute_sleep(), Ok(()));

@@ -158,7 +158,7 @@ impl View<'_> {
             match it.claim(area) {
                 _ if it.intrudes(area) => add(format_args!("{id} (in it without a grant{silent})")),
                 Some(claim) if claim.is_entered() => {
-                    let is_in = it.stands_in(area) || !it.placed;
+                    let is_in = it.stands_in(area) || !it.placed || !it.located;
                     let where_it_is = if is_in {
                         "in it"
                     } else {

@@ -21,9 +21,10 @@
 //! **Rules taken away.** Each of [`Rule`] is taken away at the border of the product: what it is told, at which time, and what is done
 //! with what it answers. Then the search must find the collision, and prints the way to it.
 //!
-//! **What is not modelled.** Two mediators that live at once; nets and their orders, and so revocations, which only nets and
-//! intruders bring; priorities; robots that do not know where they are; more than one report of a robot in a tick; messages that
-//! overtake more than one other.
+//! **What is not modelled.** Two mediators that live at once; nets and their orders; a second process whose body is in an area (here it
+//! begins outside, and enters what it may), intruders and closed areas, and so revocations, which only those bring; a second process
+//! together with another fault, but for the longer test; priorities; robots that do not know where they are; more than one report of a
+//! robot in a tick; messages that overtake more than one other. The random model and the conformance kit have these.
 //!
 //! **Why no library.** The parties of a state are shared between states, copied when a step touches them, and looked at
 //! once; a state's key is what `Debug` prints of them, so that no field can be left out. `stateright` wants to hash whole states, and
@@ -160,6 +161,8 @@ fn nor_does_a_longer_one() {
         (2, MESSAGES | CUTS, 0, 3),
         (2, MESSAGES | MEDIATOR, 0, 3),
         (2, PROCESSES | MEDIATOR, 0, 4),
+        (2, SECOND | CUTS, 0, 4),
+        (2, SECOND | MEDIATOR, 0, 4),
     ]);
 }
 

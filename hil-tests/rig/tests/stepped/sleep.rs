@@ -1,7 +1,7 @@
 //! The robot's computer sleeps, and wakes: nobody has seen what became of the robot meanwhile.
 
 use description::geometry::Pose2;
-use onboard::process::ctl::{Place, Refusal, Request, Spot, Teleop};
+use onboard::process::ctl::{Done, Place, Refusal, Request, Spot, Teleop};
 use onboard::symbols::faults::Fault;
 
 use crate::bench::Bench;
@@ -48,12 +48,47 @@ fn what_was_asked_before_it_slept_is_asked_again() {
         at: Spot::Start,
         state: None,
     }));
-    bench.ask(Request::Reset);
+    for request in [Request::Reset, Request::Stop] {
+        bench.ask(request);
+    }
     stands_after(&mut bench, 5.0);
     let replies = bench.replies();
     let slept = { replies.iter() }.filter(|(_, reply)| *reply == Err(Refusal::Slept));
     assert_eq!(slept.count(), 2, "{replies:?}");
+    // But to stop it is never too late.
+    assert_eq!(replies[2], ("stop", Ok(Done::Stopped)));
+    assert!(bench.has(Fault::OperatorStop));
     bench.finish();
+}
+
+/// It was put there, and its walls were looked at, when it fell asleep.
+#[test]
+fn what_was_said_of_its_place_before_it_slept_is_no_answer() {
+    let mut bench = Bench::driving();
+    bench.ask(Request::Stop);
+    bench.until_standing(3.0);
+    bench.ask(Request::Place(Place {
+        at: Spot::Start,
+        state: None,
+    }));
+    bench.watch(0.5);
+    stands_after(&mut bench, 5.0);
+    let replies = bench.replies();
+    assert_eq!(replies[1], ("place", Err(Refusal::Slept)), "{replies:?}");
+    bench.finish();
+}
+
+/// Communication says so as well: it does not say that it is located.
+#[test]
+fn its_fleet_does_not_take_it_to_be_where_it_was() {
+    let mut scenario = crate::scenario("overtaking").with_at_most(1);
+    let sleeps = "at_s = 24.0\nfor_s = 4.0\nwhat = \"sleep\"\nrobot = \"amr-1\"";
+    scenario.faults = vec![toml::from_str(sleeps).expect("a fault")];
+    let (_, summary) = crate::ended(&scenario, &crate::plans(&scenario), 5);
+    assert!(summary.passed(), "{summary:?}");
+    let faults = &summary.robots[0].faults;
+    let raised = faults.iter().find(|(name, _)| name == "place-unknown");
+    assert_eq!(raised.map(|(_, count)| *count), Some(2), "{faults:?}");
 }
 
 #[test]
