@@ -74,7 +74,10 @@ impl Areas {
                 let still_kept = { kept.iter() }
                     .filter(|&&other| !self.robots[other].occupies(area))
                     .count();
-                if others + still_kept >= capacity || reservations.decide(area, robot) {
+                // A way out that is not empty may be one that the net keeps for others.
+                let stands_in = &self.robots[robot].stands_in[..];
+                let stands_in = if others == 0 { stands_in } else { &[] };
+                if others + still_kept >= capacity || reservations.decide(area, robot, stands_in) {
                     continue;
                 }
             }

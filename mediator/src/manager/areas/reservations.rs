@@ -15,8 +15,9 @@ pub(crate) trait Reservations {
     /// Robots for which an area is kept.
     fn kept(&self, area: usize) -> Vec<usize>;
 
-    /// Nobody but a net lets this robot into this area.
-    fn decide(&self, area: usize, robot: usize) -> bool;
+    /// Nobody but a net lets this robot into this area. A net that does not run leaves one that is caught in its areas a way out, where it
+    /// `stands_in` one of them.
+    fn decide(&self, area: usize, robot: usize, stands_in: &[usize]) -> bool;
 
     /// All areas that are kept and were not granted since, in the order of the coordinations' start.
     fn open(&self) -> Vec<Reserved>;

@@ -30,7 +30,7 @@ impl Reservations for Nets {
         kept.map(|kept| kept.robot).into_iter().collect()
     }
 
-    fn decide(&self, _area: usize, _robot: usize) -> bool {
+    fn decide(&self, _area: usize, _robot: usize, _stands_in: &[usize]) -> bool {
         false
     }
 

@@ -346,8 +346,16 @@ impl Reservations for Coordinations {
             .collect()
     }
 
-    fn decide(&self, area: usize, robot: usize) -> bool {
-        self.governed[area].is_some() || self.control_of(robot).is_some()
+    fn decide(&self, area: usize, robot: usize, stands_in: &[usize]) -> bool {
+        if self.control_of(robot).is_some() {
+            return true;
+        }
+        self.governed[area].is_some_and(|plan| {
+            let governed = &self.plans[plan].governed;
+            // As one whose process was started again in the middle of its passage: the net begins when that is empty.
+            let is_caught = governed.iter().any(|area| stands_in.contains(area));
+            self.get(plan).is_some() || !is_caught
+        })
     }
 
     fn open(&self) -> Vec<Reserved> {

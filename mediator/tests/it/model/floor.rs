@@ -152,12 +152,14 @@ impl Floor {
                 .collect()
         })
         .collect();
-        let (small, big) = ([0, 1, 2, 3], [0, 4, 2, 4]);
-        let robots = vec![
-            Robot::new("amr-1", "small", &small, 0, 200, random),
-            Robot::new("amr-2", "small", &small, 2, 200, random),
-            Robot::new("amr-big", "big", &big, 0, 300, random),
+        // The big one has left a lane now and then to which it comes back.
+        let (small, big) = (&[0, 1, 2, 3][..], &[0, 4, 1, 4, 2, 4][..]);
+        let mut robots = vec![
+            Robot::new("amr-1", "small", small, 0, 200, random),
+            Robot::new("amr-2", "small", small, 2, 200, random),
+            Robot::new("amr-big", "big", big, 0, 300, random),
         ];
+        robots[2].through = Some((1, 4));
         setup.areas.iter_mut().for_each(|area| area.capacity = 3);
         place(&mut setup, &robots, &spots);
         let mut limits = vec![3; setup.areas.len()];

@@ -1,5 +1,7 @@
 //! A robot: a body, which no crash moves, and the process in it.
 
+use std::collections::BTreeSet;
+
 use super::floor::Floor;
 use crate::random::Random;
 use contract::client::{Client, Order, Situation};
@@ -25,7 +27,7 @@ pub struct Robot {
     /// and in those of this one while it crosses the border.
     pub crossing: Option<usize>,
     /// It cannot stop before that border any more.
-    pub committed: Option<usize>,
+    committed: Option<usize>,
     /// When the present motion ends.
     pub until_ms: u64,
     /// How long it stays in an area at least.
@@ -55,6 +57,8 @@ pub struct Robot {
     pub elsewhere_ms: u64,
     /// and whether its pose was wrong since it last entered an area.
     pub was_mistaken: bool,
+    /// Into the first one of these places it comes through the second one only.
+    pub through: Option<(usize, usize)>,
     /// Such an area, until when, and whether it says that it could not stop before it.
     dream: Option<(usize, u64, bool)>,
     pub process: Option<Process>,
@@ -160,6 +164,7 @@ impl Robot {
             lost_ms: 0,
             elsewhere_ms: 0,
             was_mistaken: false,
+            through: None,
             dream: None,
             process: None,
             restart_ms: random.below(500),
@@ -184,7 +189,11 @@ impl Robot {
     pub fn stands_in(&self, floor: &Floor) -> Vec<usize> {
         let spots = [Some(self.spot), self.crossing];
         let areas = spots.iter().flatten().flat_map(|&spot| &floor.spots[spot]);
-        areas.copied().collect()
+        areas
+            .copied()
+            .collect::<BTreeSet<usize>>()
+            .into_iter()
+            .collect()
     }
 
     /// Where its own way leads; from beside the way, back to it.
@@ -192,7 +201,9 @@ impl Robot {
         if self.spot == self.route[self.leg] {
             self.route[(self.leg + 1) % self.route.len()]
         } else {
-            self.route[self.leg]
+            let back = self.route[self.leg];
+            let through = self.through.filter(|(inner, _)| *inner == back);
+            through.map_or(back, |(_, outer)| outer)
         }
     }
 
@@ -273,6 +284,9 @@ impl Robot {
             if on_its_way && self.spot == self.route[self.leg] {
                 self.leg = (self.leg + 1) % self.route.len();
             }
+            // Out of where it should not have been.
+            let left = |area| !floor.spots[next].contains(area);
+            self.was_mistaken &= !floor.spots[self.spot].iter().all(left);
             self.spot = next;
             if self.spot != self.route[self.leg]
                 && let Some(leg) = self.route.iter().position(|&spot| spot == next)
@@ -281,7 +295,6 @@ impl Robot {
                 self.leg = leg;
             }
             self.moves += 1;
-            self.was_mistaken = false;
             self.until_ms = now_ms + self.dwell_ms + random.below(self.dwell_ms);
         } else if let Some(next) = self.committed.take() {
             self.crossing = Some(next);
@@ -364,8 +377,12 @@ impl Robot {
                 .collect()
         };
         let mut wanted = stands_in.clone();
-        // Just early enough to pass without stopping.
-        if arrived && mistake.is_none() && now_ms + 200 >= self.until_ms {
+        // Just early enough to pass without stopping; or all the time, where it has left a part of it.
+        let comes_back = floor.spots[next]
+            .iter()
+            .any(|area| stands_in.contains(area));
+        let is_time = now_ms + 200 >= self.until_ms || comes_back;
+        if arrived && mistake.is_none() && is_time {
             wanted.extend(&floor.spots[next]);
         }
         let committed = { self.committed.into_iter() }.flat_map(|spot| &floor.spots[spot]);
