@@ -35,6 +35,9 @@ pub(crate) struct Claim {
     pub(crate) why: (u64, String),
     /// An alarm was raised for its present level.
     pub(crate) complained: bool,
+    /// Since it was granted its robot was started anew or did not know where it is, or the mediator was started: the robot may give it
+    /// back though it wants it.
+    pub(crate) doubtful: bool,
     mention: Mention,
 }
 
@@ -53,6 +56,7 @@ impl Claim {
             fence: record.fence,
             ticket: record.ticket,
             passed: record.passed,
+            doubtful: true,
             ..Self::of(
                 protocol,
                 Replica::resume(&protocol.protocol, MEDIATOR_PARTY, record.level)?,
@@ -71,6 +75,7 @@ impl Claim {
             asked_ns: 0,
             why: (0, String::new()),
             complained: false,
+            doubtful: false,
             mention: Mention::default(),
         }
     }
@@ -98,7 +103,7 @@ impl Claim {
             return false;
         }
         self.fence = fence;
-        (self.ticket, self.passed) = (0, 0);
+        (self.ticket, self.passed, self.doubtful) = (0, 0, false);
         self.mention.renew();
         true
     }

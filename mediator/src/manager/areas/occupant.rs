@@ -31,8 +31,16 @@ pub(crate) struct Occupant {
 }
 
 impl Occupant {
+    /// What it has it may have because it was thought elsewhere.
+    pub(crate) fn doubt(&mut self) {
+        self.claims
+            .iter_mut()
+            .for_each(|claim| claim.doubtful = true);
+    }
+
     /// Another process speaks for it, which does not know yet where it is.
     pub(crate) fn forget_place(&mut self) {
+        self.doubt();
         self.placed = false;
         self.located = false;
         self.found_in.clear();

@@ -74,7 +74,7 @@ impl Areas {
             let (found, expected) = (access.fence, claim.fence);
             return Err(BadReport::Fence { found, expected });
         }
-        let fence = claim.fence;
+        let before = (claim.fence, claim.doubtful);
         let news = claim.merge(level)?;
         claim.complained = false;
         if !news {
@@ -98,7 +98,7 @@ impl Areas {
                         self.robots[robot].left.push(area);
                     }
                     effects.counters.given_back += 1;
-                    let how = self.given_back(robot, area, entered.then_some(fence));
+                    let how = self.given_back(robot, area, entered.then_some(before));
                     reservations.gave_back(robot, area, how, effects);
                     self.unconcern(area, robot);
                     self.touch(area);
@@ -112,14 +112,14 @@ impl Areas {
         Ok(changed)
     }
 
-    /// How a robot has given an area back that it has entered by the grant of this fence, if it has. Before this report it was lost, or
-    /// the mediator had asked for the area.
-    fn given_back(&self, robot: usize, area: usize, entered: Option<u64>) -> GivenBack {
-        let own = &self.robots[robot];
-        let asks = |fence| { own.revocations.get(&area) }.is_some_and(|own| own.asks_for(fence));
+    /// How a robot has given an area back that it has entered by the grant of this fence, if it has; that may be doubtful, or the
+    /// mediator may have asked for it.
+    fn given_back(&self, robot: usize, area: usize, entered: Option<(u64, bool)>) -> GivenBack {
+        let revocation = self.robots[robot].revocations.get(&area);
+        let asks = |fence| revocation.is_some_and(|own| own.asks_for(fence));
         match entered {
             None => GivenBack::Unused,
-            Some(fence) if !own.located || asks(fence) => GivenBack::Taken,
+            Some((fence, doubtful)) if doubtful || asks(fence) => GivenBack::Taken,
             Some(_) => GivenBack::Used,
         }
     }
@@ -260,6 +260,7 @@ impl Areas {
         let occupant = &mut self.robots[robot];
         let left = std::mem::take(&mut occupant.left);
         if !report.located {
+            occupant.doubt();
             // Where it says it stands may be wrong: it may still be where it was, but for what it had left before.
             let was_in = { occupant.stands_in.iter() }.filter(|area| !left.contains(area));
             stands_in.extend(was_in);

@@ -332,6 +332,40 @@ fn what_a_robot_has_left_and_keeps_is_asked_back_only_if_it_would_meet_somebody(
     assert_eq!(bench.areas.revocations_of(0, None)[0].fence, 1);
 }
 
+#[test]
+fn what_a_robot_gives_back_it_may_want_again_where_it_was_lost_started_anew_or_asked() {
+    let given_back = |happens: fn(&mut Bench)| {
+        let mut bench = Bench::new();
+        bench.ask(0);
+        bench.serve();
+        bench.report(0, true, (0, 3, 1));
+        bench.report(0, false, (0, 3, 1));
+        happens(&mut bench);
+        bench.report(0, false, (0, 4, 1));
+        bench.nets.given_back
+    };
+    assert_eq!(given_back(|_| {}), [GivenBack::Used]);
+    let happens: [fn(&mut Bench); 3] = [
+        |bench| {
+            let lost = RobotReport::default();
+            bench.areas.place(0, &lost, &mut bench.effects);
+            bench.report(0, false, (0, 3, 1));
+        },
+        |bench| {
+            bench.areas.robots[0].forget_place();
+            bench.report(0, false, (0, 3, 1));
+        },
+        |bench| {
+            bench.report(2, false, (0, 0, 0));
+            bench.report(2, true, (0, 0, 0));
+            bench.serve();
+        },
+    ];
+    for happens in happens {
+        assert_eq!(given_back(happens), [GivenBack::Taken]);
+    }
+}
+
 /// Until it has said where it stands it may be in what it has entered.
 #[test]
 fn what_a_robot_has_left_is_asked_back_when_it_says_where_it_is() {

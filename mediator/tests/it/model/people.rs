@@ -164,15 +164,24 @@ impl Fleet {
     }
 
     /// A robot that begins to reach into an area does not while that is closed. What was granted before it may still enter for as
-    /// long as any grant.
+    /// long as any grant, and so what it has left just now.
     pub fn assert_enters_nothing_closed(&self, robot: &Robot) {
         let Some(next) = robot.crossing.filter(|_| !robot.was_mistaken) else {
             return;
         };
         let here = &self.floor.spots[robot.spot];
+        let (before, came_ms) = robot.came;
+        let was_in = |area| self.floor.spots[before].contains(area);
         let mut closed = { self.floor.spots[next].iter() }
             .filter(|area| !here.contains(area))
-            .filter_map(|area| self.closed.get(area));
+            .filter_map(|area| {
+                let since_ms = *self.closed.get(area)?;
+                Some(if was_in(area) {
+                    since_ms.max(came_ms)
+                } else {
+                    since_ms
+                })
+            });
         assert!(
             closed.all(|since_ms| self.now_ms < since_ms + UNKNOWN_MS),
             "seed {}, {} ms: {} enters a closed area: {}",

@@ -57,6 +57,8 @@ pub struct Robot {
     pub elsewhere_ms: u64,
     /// and whether its pose was wrong since it last entered an area.
     pub was_mistaken: bool,
+    /// From where it came to where it is, and when.
+    pub came: (usize, u64),
     /// Into the first one of these places it comes through the second one only.
     pub through: Option<(usize, usize)>,
     /// Such an area, until when, and whether it says that it could not stop before it.
@@ -164,6 +166,7 @@ impl Robot {
             lost_ms: 0,
             elsewhere_ms: 0,
             was_mistaken: false,
+            came: (route[leg], 0),
             through: None,
             dream: None,
             process: None,
@@ -287,6 +290,7 @@ impl Robot {
             // Out of where it should not have been.
             let left = |area| !floor.spots[next].contains(area);
             self.was_mistaken &= !floor.spots[self.spot].iter().all(left);
+            self.came = (self.spot, now_ms);
             self.spot = next;
             if self.spot != self.route[self.leg]
                 && let Some(leg) = self.route.iter().position(|&spot| spot == next)
