@@ -10,14 +10,20 @@ fn revocation(progress: u32, fence: u64) -> Access {
     }
 }
 
-/// Asked for and granted area 2, then asked back by `fence`.
-fn revoked(fence: u64, now: Situation) -> (Client, RobotReport) {
+/// In area 1, and granted area 2 with fence 5.
+fn granted() -> Client {
     let mut client = registered();
     client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
     let mut told = message(2);
     told.robot_sequence = client.report().sequence;
     told.access = vec![grant("1", 2, 1), grant("2", 2, 5)];
     client.receive(&told, 0);
+    client
+}
+
+/// Asked for and granted area 2, then asked back by `fence`.
+fn revoked(fence: u64, now: Situation) -> (Client, RobotReport) {
+    let mut client = granted();
     assert!(client.holds("2") && client.may_be_in("2", 0));
     let mut told = message(3);
     told.revocations = vec![revocation(1, fence)];
@@ -66,12 +72,7 @@ fn a_robot_that_cannot_stop_keeps_it() {
 /// Lost, it may be found elsewhere, and gives back with its next step what it does not stand in: till then it must not begin to enter.
 #[test]
 fn a_robot_that_is_lost_enters_nothing() {
-    let mut client = registered();
-    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
-    let mut told = message(2);
-    told.robot_sequence = client.report().sequence;
-    told.access = vec![grant("1", 2, 1), grant("2", 2, 5)];
-    client.receive(&told, 0);
+    let mut client = granted();
     assert!(client.may_be_in("1", 0) && client.may_be_in("2", 0));
     let lost = Situation {
         located: false,
@@ -87,12 +88,7 @@ fn a_robot_that_is_lost_enters_nothing() {
 /// It has left the area, and keeps it since it is to come back.
 #[test]
 fn a_robot_that_has_left_releases_what_it_keeps() {
-    let mut client = registered();
-    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
-    let mut told = message(2);
-    told.robot_sequence = client.report().sequence;
-    told.access = vec![grant("1", 2, 1), grant("2", 2, 5)];
-    client.receive(&told, 0);
+    let mut client = granted();
     client.step(situation(&["2"], &["1", "2"], &[]), 0, SECOND_NS);
     client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
     assert!(client.holds("2") && client.may_be_in("2", 0));
