@@ -43,7 +43,7 @@ impl Clock for Monotonic {
         if word.load(Ordering::Acquire) != seen || monotonic_ns() >= until_ns {
             return;
         }
-        // The kernel wakes by the clock that stands still. Read first, that is late, if at all, and the thread wakes early.
+        // The kernel wakes by the clock that stands still. It is read first, so that who is held up in between wakes early, not late.
         let awake_ns = ns(clock_gettime(ClockId::Monotonic));
         let until = timespec(awake_ns.saturating_add(until_ns.saturating_sub(monotonic_ns())));
         // Errors are a changed word, a signal or the deadline: the caller looks again.

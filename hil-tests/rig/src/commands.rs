@@ -247,17 +247,18 @@ pub fn fault_campaign(request: &Request, times: &Times) -> Result<(), Failure> {
     let ground = |request: &Request| {
         let scenario = loaded(request)?;
         let plans = plans(&scenario, request)?;
-        let again = setup(&scenario, request, &out).again;
-        Ok::<_, Failure>(Ground::new(scenario, plans, again))
+        let setup = setup(&scenario, request, &out);
+        let ground = Ground::new(scenario, plans, setup.again.clone());
+        Ok::<_, Failure>((ground, setup))
     };
     let docking = Request {
         scenario: DOCKING.into(),
         rounds: Some(1),
         ..request.clone()
     };
-    let grounds = [&ground(request)?, &ground(&docking)?];
-    let setup = setup(&loaded(request)?, request, &out);
-    faults::faults(grounds, &setup, times, &asked_to_end)
+    let (driving, setup) = ground(request)?;
+    let (docking, _) = ground(&docking)?;
+    faults::faults([&driving, &docking], &setup, times, &asked_to_end)
 }
 
 /// Many runs on the simulated clock: none may have a violation, and the scenario's share must reach all goals.

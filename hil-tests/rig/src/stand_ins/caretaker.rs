@@ -207,6 +207,14 @@ mod tests {
         lasts: false,
     };
 
+    /// By a fault that is to blame for anything.
+    fn hindered(lasts: bool) -> Blame<'static> {
+        Blame::Faults {
+            blamed: &|_, _| true,
+            lasts,
+        }
+    }
+
     fn latched(fault: Fault) -> FaultTable {
         let mut faults = FaultTable::default();
         faults.raise(fault, 10 * SECOND_NS);
@@ -296,10 +304,7 @@ mod tests {
         let faults = latched(Fault::BringUpLimit);
         let mut caretaker = Caretaker::default();
         let mut look = |at_s: u64, lasts| {
-            let blame = Blame::Faults {
-                blamed: &|_, _| true,
-                lasts,
-            };
+            let blame = hindered(lasts);
             caretaker.look(&faults, at_s * SECOND_NS, false, blame)
         };
         assert_eq!(look(60, true), Care::Reset);
@@ -314,10 +319,7 @@ mod tests {
         let faults = latched(Fault::BringUpLimit);
         let mut caretaker = Caretaker::default();
         let mut look = |at_s: u64, lasts| {
-            let blame = Blame::Faults {
-                blamed: &|_, _| true,
-                lasts,
-            };
+            let blame = hindered(lasts);
             let before = caretaker;
             let care = caretaker.look(&faults, at_s * SECOND_NS, false, blame);
             if care == Care::Reset {

@@ -71,8 +71,12 @@ impl Revocation {
 
     /// It asks for the grant with this fence, and there is no answer yet.
     pub(super) fn asks_for(&self, fence: u64) -> bool {
+        self.fence == fence && !self.rests()
+    }
+
+    fn rests(&self) -> bool {
         let at = self.replica.position();
-        self.fence == fence && at != Position::START && !self.replica.protocol().is_end(at)
+        at == Position::START || self.replica.protocol().is_end(at)
     }
 
     /// Lets time pass. Returns whether its robot may be asked again from now on.
@@ -121,9 +125,7 @@ impl Revocation {
 
     /// Whether a message must mention it, as [`Claim::is_said`](super::claim::Claim::is_said).
     pub(super) fn is_said(&self, known: Option<u64>) -> bool {
-        let at = self.replica.position();
-        let rests = at == Position::START || self.replica.protocol().is_end(at);
-        self.fence > 0 && !(rests && known.is_some_and(|heard| self.mention.is_known(heard)))
+        self.fence > 0 && !(self.rests() && known.is_some_and(|heard| self.mention.is_known(heard)))
     }
 
     pub(super) fn run(&self) -> u32 {
