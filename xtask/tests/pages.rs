@@ -78,6 +78,10 @@ const COMMANDS: &[(&str, Run)] = &[
         Needs(BOARD),
     ),
     ("sudo systemctl disable --now irqbalance", Needs(BOARD)),
+    (
+        "sudo systemctl mask sleep.target suspend.target hibernate.target hybrid-sleep.target",
+        Needs(BOARD),
+    ),
     ("sudo apt install linux-image-rt-armmp", Needs(BOARD)),
     // contract/kit/README
     ("cargo build --bin rig --bin onboard", ByCi),
