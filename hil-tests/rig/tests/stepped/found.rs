@@ -68,6 +68,12 @@ fn a_robot_whose_program_is_ended_beside_a_wall_in_the_middle_of_a_shift_finishe
     passes("overtaking", 17, &[ended]);
 }
 
+#[test]
+fn a_robot_that_nobody_manages_goes_on_where_it_has_ended() {
+    let ended = fault(17.71, 2.472, ScriptedKind::EndRobot, "amr-1");
+    passes("lap", 6, &[ended]);
+}
+
 /// Where it believes to be while the mediator has not been heard is where the process before has ended.
 #[test]
 fn a_robot_that_is_ended_and_then_killed_before_the_mediator_is_heard_goes_on_where_it_is() {

@@ -136,11 +136,17 @@ impl Inheritance for CheckpointFile {
     }
 }
 
-/// Where a robot stands by such a note. Where nobody manages the areas, and on another site, it begins at its start.
+/// Where a robot stands by such a note. On another site it begins at its start.
 fn stood(at: Option<(String, Stood)>, plan: &Plan) -> Option<Stood> {
-    let site = &plan.site;
-    at.filter(|(name, _)| site.value.areas_managed && *name == site.value.name)
+    at.filter(|(name, _)| *name == plan.site.value.name)
         .map(|(_, stood)| stood)
+}
+
+/// Whether nobody will say in which state a robot that ended there goes on; a mediator may know.
+fn lacks_state(stood: &Stood, plan: &Plan) -> bool {
+    let navigator = plan.navigator();
+    let known = navigator.is_ok_and(|own| own.machine().state_id(&stood.state).is_some());
+    !plan.site.value.areas_managed && !known
 }
 
 /// What the process before has left.
@@ -209,10 +215,18 @@ impl Left {
             if stopped {
                 log.warn(STAYS_STOPPED.to_owned());
             }
+            let at = stood(ended.at, plan);
+            let lost = at.as_ref().is_some_and(|at| lacks_state(at, plan));
+            if lost {
+                log.warn(
+                    "nobody knows in which state the robot ended: say where it stands with `onboard ctl place X,Y,THETA --state STATE`".to_owned(),
+                );
+            }
             return Ok(Self {
                 stopped,
+                lost,
                 paused: ended.waited == Waited::ToResume,
-                ended: stood(ended.at, plan),
+                ended: at,
                 ..Self::default()
             });
         };

@@ -107,16 +107,21 @@ fn a_robot_that_ended_as_asked_is_where_it_ended_and_not_stopped() {
         assert_eq!(left.began(), ends());
         assert_eq!((left.stopped, left.paused), (stopped, paused));
     }
-    // Another site, and one that nobody manages.
+    // Another site.
     let other = Ended {
         at: Some(("hall".to_owned(), at.clone())),
         waited: Waited::Not,
     };
     file.arrive(other).expect("noted");
     assert_eq!(left(&mut file, &plan, 101).ended, None);
-    file.arrive(standing(Waited::Not)).expect("noted");
-    let alone = self::plan(&["areas.managed=false"]);
-    assert_eq!(left(&mut file, &alone, 101).ended, None);
+    // Where nobody manages the areas, nobody else knows its state.
+    let alone = plan_on("overtaking", &["areas.managed=false"]);
+    for (state, began) in [("drive-1", ends()), ("gone", Began::Lost)] {
+        let mut standing = standing(Waited::Not);
+        { standing.at.iter_mut() }.for_each(|(_, at)| at.state = state.to_owned());
+        file.arrive(standing).expect("noted");
+        assert_eq!(left(&mut file, &alone, 101).began(), began);
+    }
     // Under way again, and the machine is switched off.
     file.save(checkpoint(&plan, Mode::Running).to_bytes())
         .expect("kept");

@@ -31,8 +31,8 @@ pub(super) struct Known {
 pub struct Keeper {
     store: Box<dyn CheckpointStore>,
     checkpoint: Box<Checkpoint>,
-    /// The site's name, where a mediator manages the areas.
-    managed: Option<String>,
+    /// The site's name.
+    site: String,
     /// Where the process before has ended as it was asked to,
     ended: Option<Stood>,
     /// or it has not, and this one goes on from its checkpoint.
@@ -50,7 +50,7 @@ impl Keeper {
         let mut keeper = Self {
             store,
             checkpoint: Checkpoint::of(plan),
-            managed: managed(plan),
+            site: plan.site.value.name.clone(),
             ended: left.ended.clone(),
             goes_on: left.place.is_some(),
             fails: false,
@@ -66,7 +66,7 @@ impl Keeper {
 
     /// The robot goes by this plan from now on.
     pub(super) fn is_of(&mut self, plan: &Plan) {
-        self.managed = managed(plan);
+        self.site.clone_from(&plan.site.value.name);
         self.checkpoint.is_of(plan);
     }
 
@@ -131,20 +131,15 @@ impl Keeper {
             0 if self.goes_on => return,
             0 => self.ended.clone(),
             // Under way is what the note says already: the next one does not know where it is either.
-            _ if self.managed.is_some() && at.uncertain != 0 => return,
+            _ if at.uncertain != 0 => return,
             _ => Some(stood(at, machine)),
         };
-        let at = self.managed.clone().zip(at);
+        let at = at.map(|at| (self.site.clone(), at));
         // What cannot be taken out is of this process, which is said to have crashed then.
         if let Err(error) = self.store.arrive(Ended { at, waited }) {
             tracing::warn!("the checkpoint cannot be removed: {error}");
         }
     }
-}
-
-fn managed(plan: &Plan) -> Option<String> {
-    let site = &plan.site.value;
-    site.areas_managed.then(|| site.name.clone())
 }
 
 fn stood(at: &NavigatorCheckpoint, machine: &Machine) -> Stood {
