@@ -13,6 +13,7 @@ use std::io::{self, Read};
 use std::path::PathBuf;
 
 use contract::private;
+use skills::navigator::Navigator;
 
 use crate::composition::checkpoint::{Checkpoint, Unusable};
 use crate::composition::failure::Failure;
@@ -144,9 +145,8 @@ fn stood(at: Option<(String, Stood)>, plan: &Plan) -> Option<Stood> {
 
 /// Whether nobody will say in which state a robot that ended there goes on; a mediator may know.
 fn lacks_state(stood: &Stood, plan: &Plan) -> bool {
-    let navigator = plan.navigator();
-    let known = navigator.is_ok_and(|own| own.machine().state_id(&stood.state).is_some());
-    !plan.site.value.areas_managed && !known
+    let is_known = |own: Navigator| own.machine().state_id(&stood.state).is_some();
+    !plan.site.value.areas_managed && !plan.navigator().is_ok_and(is_known)
 }
 
 /// What the process before has left.
