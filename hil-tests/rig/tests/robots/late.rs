@@ -29,10 +29,17 @@ thread_local! {
 
 /// Takes note of the log of a robot whose test has failed.
 pub fn note(log: &str) {
-    SLOWED.set(SLOWED.get() || log.contains(SLOWED_DOWN));
+    if log.contains(SLOWED_DOWN) {
+        note_late();
+    }
     if GUARDS.iter().any(|guard| log.contains(guard)) {
         note_unsafe();
     }
+}
+
+/// Threads of a robot were late.
+pub fn note_late() {
+    SLOWED.set(true);
 }
 
 /// Whatever the machine did: this test is not repeated, should it fail.
