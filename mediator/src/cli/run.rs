@@ -91,7 +91,6 @@ pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
             awaited.join(", ")
         );
     }
-    allow_many_links();
     let mut signals = Signals::new([SIGINT, SIGTERM])
         .map_err(|error| Failure::Failed(format!("signals cannot be caught: {error}")))?;
     let journal = (store, stored.orders);
@@ -118,21 +117,4 @@ fn logged() -> Targets {
     Targets::new()
         .with_default(LevelFilter::INFO)
         .with_target("zenoh", LevelFilter::ERROR)
-}
-
-/// Each link is an open file, of which programs may often have a thousand unless they ask for more.
-fn allow_many_links() {
-    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
-    const WANTED: u64 = 16_384;
-    let own = getrlimit(Resource::Nofile);
-    if own.current.is_none_or(|files| files >= WANTED) {
-        return;
-    }
-    let most = Rlimit {
-        current: own.maximum.map(|files| files.min(WANTED)).or(Some(WANTED)),
-        ..own
-    };
-    if let Err(error) = setrlimit(Resource::Nofile, most) {
-        tracing::warn!("no more files than {:?} can be open: {error}", own.current);
-    }
 }

@@ -14,6 +14,7 @@ use tokio::net::{UnixListener, UnixStream};
 use tokio::sync::mpsc::{Receiver, channel};
 use zenoh::query::Query;
 
+use super::files::Files;
 use super::folder::Folder;
 use super::inbox::Inbox;
 use super::input::{Asked, Asker};
@@ -33,7 +34,7 @@ const STOP_CHECK: Duration = Duration::from_millis(20);
 const ACCEPT_PAUSE: Duration = Duration::from_millis(100);
 /// How often that is said.
 const WARN_PAUSE: Duration = Duration::from_secs(60);
-/// How often the list of identities is looked at, and a network that cannot be opened is tried again.
+/// How often the list of identities and the files that are left are looked at, and a network that cannot be opened is tried again.
 const KEYS_CHECK: Duration = Duration::from_secs(1);
 
 /// What is opened before any thread starts, so that failures are reported at once.
@@ -111,6 +112,7 @@ async fn talk(
     let mut stop_check = tokio::time::interval(STOP_CHECK);
     let mut keys_check = tokio::time::interval(KEYS_CHECK);
     let (mut accepts_again, mut warns_again) = (Instant::now(), Instant::now());
+    let mut files = Files::allow_many();
     loop {
         tokio::select! {
             message = outputs.recv() => {
@@ -146,7 +148,14 @@ async fn talk(
             Some((operator, query)) = questions.recv() => {
                 tokio::spawn(serve_from_afar(operator, query, Arc::clone(&inbox)));
             }
-            _ = keys_check.tick() => network = keep_up(network, &settings, &ears).await,
+            _ = keys_check.tick() => {
+                if files.look(Instant::now())
+                    && let Some(network) = network.take()
+                {
+                    network.close().await;
+                }
+                network = keep_up(network, &settings, &ears).await;
+            }
             _ = stop_check.tick() => if shared.is_stopping() { return Ok(()) },
         }
     }

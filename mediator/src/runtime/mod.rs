@@ -8,6 +8,7 @@
 mod afar;
 mod checked;
 mod communication;
+mod files;
 mod folder;
 mod inbox;
 mod input;

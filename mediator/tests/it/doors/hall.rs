@@ -50,6 +50,15 @@ impl Hall {
     }
 
     pub fn with_certificates_for(days: f64) -> Self {
+        Self::with(days, |_| {})
+    }
+
+    /// Of which the mediator may have no more than so many files open.
+    pub fn with_files(most: u64) -> Self {
+        Self::with(30.0, |program| program.limit_files(most))
+    }
+
+    fn with(days: f64, set_up: impl FnOnce(&mut Program)) -> Self {
         let folder = tempfile::tempdir().expect("a folder");
         let keys = Keys::new(folder.path().join("keys"));
         keys.begin("rooms", days).expect("an authority");
@@ -57,6 +66,7 @@ impl Hall {
         let mut program = Program::new(folder.path(), &site(), Vec::new());
         program.listen(&endpoint);
         program.add(&["--keys", &keys.folder().display().to_string()]);
+        set_up(&mut program);
         program.start();
         program.wait_ready(PATIENCE);
         Self {

@@ -1,6 +1,7 @@
 //! Who gets in, and what those can do who do: the real program behind mutual TLS, and robots that break every rule.
 
 mod hall;
+mod idle;
 mod intruders;
 mod mediators;
 mod operators;

@@ -85,6 +85,8 @@ pub struct Program {
     connect: Vec<String>,
     listen: String,
     more: Vec<String>,
+    /// How many files it may have open.
+    most_files: Option<u64>,
     /// The end of its log that nobody reads.
     unread: Option<PipeReader>,
     child: Option<Child>,
@@ -100,6 +102,7 @@ impl Program {
             connect,
             listen: "tcp/127.0.0.1:0".into(),
             more: Vec::new(),
+            most_files: None,
             unread: None,
             child: None,
         }
@@ -114,6 +117,11 @@ impl Program {
     pub fn add(&mut self, arguments: &[&str]) {
         self.more
             .extend(arguments.iter().map(|&text| text.to_owned()));
+    }
+
+    /// From its next start on it may have no more than so many files open.
+    pub fn limit_files(&mut self, most: u64) {
+        self.most_files = Some(most);
     }
 
     /// Its site file.
@@ -155,7 +163,16 @@ impl Program {
     fn start_with(&mut self, log: Stdio) {
         assert!(self.child.is_none(), "it runs already");
         let path = |name: &str| self.folder.join(name);
-        let mut command = Command::new(env!("CARGO_BIN_EXE_mediator"));
+        let program = env!("CARGO_BIN_EXE_mediator");
+        let mut command = match self.most_files {
+            None => Command::new(program),
+            Some(most) => {
+                let mut shell = Command::new("sh");
+                let script = format!("ulimit -n {most}; exec \"$0\" \"$@\"");
+                shell.args(["-c", &script, program]);
+                shell
+            }
+        };
         command
             .args(["run", "--first-start"])
             .arg("--site")
@@ -210,6 +227,13 @@ impl Program {
             }
             std::thread::sleep(Duration::from_millis(10));
         }
+    }
+
+    /// How many files the running process has open.
+    pub fn open_files(&self) -> u64 {
+        let id = self.child.as_ref().map_or(0, Child::id);
+        let files = std::fs::read_dir(format!("/proc/{id}/fd"));
+        files.map_or(0, |files| files.count() as u64)
     }
 
     /// Resident memory of the running process.
