@@ -59,14 +59,15 @@ impl Areas {
                 // It could not use the grant; the next one may.
                 continue;
             }
-            let intruded =
-                { inside.iter() }.any(|&other| other != robot && self.robots[other].intrudes(area));
             let others = self.bodies_besides(robot, area, &inside);
-            if self.areas[area].crowded || intruded || others >= capacity {
+            if self.areas[area].crowded || others >= capacity {
                 return;
             }
             let stands_there = self.robots[robot].stands_in(area);
-            if !stands_there && self.areas[area].closed.is_some() {
+            // Of two that were not let in and stand there, each would wait for the other to leave first.
+            let intruded =
+                { inside.iter() }.any(|&other| other != robot && self.robots[other].intrudes(area));
+            if !stands_there && (intruded || self.areas[area].closed.is_some()) {
                 // Those behind it do not stand there either.
                 return;
             }

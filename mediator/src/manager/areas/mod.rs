@@ -3,9 +3,9 @@
 //! * **Occupancy.** An area is occupied by every robot that was granted it, that stands in it by its own report, or that did so
 //!   when it was last heard. A silent robot goes on occupying what it occupied.
 //! * **Queue.** Requests wait in the order of priority, then of asking.
-//! * **Grant.** Given when the area's other occupants leave room; whoever stands in the area already comes first. An intruder, or
-//!   more bodies than the area holds, those of second processes included, close it to everyone until it is right again, and grants
-//!   that are not used yet are asked back.
+//! * **Grant.** Given when the area's other occupants leave room; whoever stands in the area already comes first. An intruder
+//!   closes it to everyone who does not stand there, and more bodies than the area holds, those of second processes included, to
+//!   everyone, until it is right again; grants that are not used yet are asked back.
 //! * **Closing.** An operator closes an area: grants that are not used yet are asked back, and nobody is let in who does not stand
 //!   there already.
 //! * **Fence.** Every grant of an area has a larger number than all before it, so a message about an older grant is recognised

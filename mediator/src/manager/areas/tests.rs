@@ -245,6 +245,39 @@ fn an_intruder_closes_the_area_until_it_has_left() {
     assert_eq!(bench.holder(), Some(1));
 }
 
+/// Where both have room, neither waits until the other has left: each would for ever.
+#[test]
+fn of_two_intruders_each_has_the_area_that_both_fit_into_before_anybody_is_let_in() {
+    let mut bench = Bench::holding(2, 0);
+    for robot in [0, 1] {
+        bench.report(robot, false, (0, 0, 0));
+        bench.report(robot, true, (0, 0, 0));
+        bench.report(robot, true, (0, 1, 0));
+    }
+    bench.ask(2);
+    bench.serve();
+    let has = |robot| bench.areas.robot(robot).holds(0);
+    assert_eq!([0, 1, 2].map(has), [true, true, false]);
+    assert!(!bench.areas.is_closed(0));
+}
+
+/// With a third one they are too many, and one has to leave.
+#[test]
+fn of_more_intruders_than_fit_none_has_the_area() {
+    let mut bench = Bench::holding(2, 0);
+    for robot in 0..3 {
+        bench.report(robot, false, (0, 0, 0));
+        bench.report(robot, true, (0, 0, 0));
+        bench.report(robot, true, (0, 1, 0));
+    }
+    bench.serve();
+    assert_eq!(bench.holder(), None);
+    bench.report(1, false, (0, 0, 0));
+    bench.serve();
+    let has = |robot| bench.areas.robot(robot).holds(0);
+    assert_eq!([0, 1, 2].map(has), [true, false, true]);
+}
+
 /// The last thing that it said while it knew where it was is that it had left; the report that said where it went was lost.
 #[test]
 fn a_robot_that_is_lost_is_not_where_it_had_left() {
