@@ -66,7 +66,7 @@ impl Siege {
     }
 
     /// Whoever comes now finds a place, operators are answered, and the files are free again.
-    fn is_over(self) {
+    fn ends(self) {
         drop(self.robots);
         let mut anew = self.hall.robot("amr-0");
         self.hall.until_served("one that comes anew", &mut anew);
@@ -106,7 +106,7 @@ fn more_connections_that_say_nothing_than_files_are_closed_and_no_robot_notices(
     let log = siege.hall.program.log();
     assert!(log.contains("none of 80 files"), "{log}");
     assert!(!log.contains("opened anew: no file"), "{log}");
-    siege.is_over();
+    siege.ends();
 }
 
 #[test]
@@ -115,5 +115,5 @@ fn where_even_those_files_are_not_enough_the_network_is_opened_anew() {
     siege.hold(|_| {});
     let log = siege.hall.program.log();
     assert!(log.contains("opened anew: no file was left"), "{log}");
-    siege.is_over();
+    siege.ends();
 }
