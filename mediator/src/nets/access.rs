@@ -69,6 +69,15 @@ impl Instance {
         }
         for passage in passages {
             let none_left = !passage.areas.iter().any(|&area| has(area));
+            let is_within = at == passage.granted_at || at == passage.entered_at;
+            if is_within && !none_left {
+                // It has to go back, or gave an area back by a pose that was wrong. Nobody else is let in before it is out.
+                let again = { passage.areas.iter().copied() }
+                    .filter(|&area| asks(area) && !participant.keeps(area));
+                let again: Vec<usize> = again.collect();
+                changed |= !again.is_empty();
+                participant.keep(&again);
+            }
             // It has given all back without entering, or was in and out again before that was seen.
             let waits = |&area: &usize| asks(area) && participant.keeps(area);
             let gave_up = none_left && !passage.areas.iter().any(waits);

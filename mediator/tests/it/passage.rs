@@ -98,3 +98,26 @@ fn what_it_gave_back_since_it_was_lost_it_has_again() {
     }
     assert!(bay.has(IN) && bay.has(OUT), "{}", bay.why());
 }
+
+/// That it was wrong about where it is the mediator need not have heard: it knows a passage that it has not left.
+#[test]
+fn what_it_gave_back_before_it_was_placed_anew_it_has_again() {
+    let mut bay = Bay::new();
+    bay.robots[2].0.placed_anew();
+    bay.talk();
+    assert!(bay.has(IN) && bay.has(OUT), "{}", bay.why());
+    // By a wrong pose it has left the lane out for good.
+    bay.robots[2].1.wanted = vec![IN.to_owned()];
+    bay.talk();
+    assert!(bay.has(IN) && !bay.has(OUT));
+    // Nobody else is let in there.
+    bay.robots[0].1.wanted = vec![OUT.to_owned()];
+    bay.talk();
+    assert!(!bay.robots[0].0.holds(OUT));
+    bay.robots[2].1.wanted = [IN, OUT].map(str::to_owned).into();
+    bay.talk();
+    assert!(bay.has(IN) && bay.has(OUT), "{}", bay.why());
+    (bay.robots[2].1.wanted, bay.robots[2].1.stands_in) = (Vec::new(), Vec::new());
+    bay.talk();
+    assert!(bay.robots[0].0.holds(OUT), "{}", bay.why());
+}
