@@ -374,6 +374,12 @@ fn measure(count: usize, secure: bool) {
         1e6 * cpu_s / reports.max(1) as f64,
         program.rss_mib()
     );
+    let registered = { floor.robots.iter() }
+        .filter(|robot| robot.client.is_registered())
+        .count();
+    // Of fewer, or of nets that do not run, the figures say nothing.
+    assert_eq!(registered, count, "robots that are registered");
+    assert_eq!(nets, PLACES, "nets that run");
     assert!(times.count() > 0, "nobody moved: {}", program.log());
     let grown_mib = program.rss_mib() - rss_mib;
     assert!(grown_mib < MOST_GROWTH_MIB, "{grown_mib} MiB more");
