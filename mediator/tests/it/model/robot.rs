@@ -235,6 +235,12 @@ impl Robot {
         }
     }
 
+    /// It says that it could not stop before the area, though it neither moves nor goes there.
+    pub fn insists_on(&self, area: usize) -> bool {
+        self.dream
+            .is_some_and(|(own, _, insists)| insists && own == area)
+    }
+
     /// For people.
     pub fn describe(&self) -> String {
         let process = self.process.as_ref();

@@ -281,7 +281,8 @@ impl Fleet {
         process.is_none_or(|own| !own.client.is_registered()) || self.is_cut(robot)
     }
 
-    /// Nobody begins to reach into an area that is full of bodies with others' names, for all that the mediator was told.
+    /// Nobody begins to reach into an area that is full of bodies with others' names, for all that the mediator was told. Who says that it
+    /// cannot stop before it is believed, and keeps what it was granted.
     pub fn assert_enters_nothing_full(&self, robot: &Robot) {
         let Some(next) = robot.crossing.filter(|_| !robot.was_mistaken) else {
             return;
@@ -289,7 +290,7 @@ impl Fleet {
         let here = &self.floor.spots[robot.spot];
         for &area in self.floor.spots[next]
             .iter()
-            .filter(|area| !here.contains(area))
+            .filter(|&&area| !here.contains(&area) && !robot.insists_on(area))
         {
             let says = |own: &&Second| own.has_said(area, &self.floor, self.now_ms);
             let bodies = self.seconds.iter().filter(says).count();
