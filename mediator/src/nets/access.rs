@@ -71,7 +71,8 @@ impl Instance {
             let none_left = !passage.areas.iter().any(|&area| has(area));
             let is_within = at == passage.granted_at || at == passage.entered_at;
             if is_within && !none_left {
-                // It has to go back, or gave an area back by a pose that was wrong. Nobody else is let in before it is out.
+                // It has to go back, or gave an area back by a pose that was wrong, and would wait for itself. What the net lets others
+                // into meanwhile is its affair: two where one fits there never are.
                 let again = { passage.areas.iter().copied() }
                     .filter(|&area| asks(area) && !participant.keeps(area));
                 let again: Vec<usize> = again.collect();

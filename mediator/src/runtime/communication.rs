@@ -45,6 +45,7 @@ pub(super) struct Opened {
     questions: Receiver<(String, Query)>,
     listener: std::os::unix::net::UnixListener,
     socket: PathBuf,
+    files: Files,
 }
 
 pub(super) fn open(
@@ -54,6 +55,8 @@ pub(super) fn open(
     shared: &Arc<Shared>,
     instance: u64,
 ) -> Result<Opened, String> {
+    // Before a link comes.
+    let files = Files::allow_many(inbox.robots(), settings.keys.is_some());
     let listener = folder.listen()?;
     let (asked, questions) = channel(QUESTIONS);
     let ears = Ears {
@@ -69,6 +72,7 @@ pub(super) fn open(
         questions,
         listener,
         socket: folder.socket(),
+        files,
     })
 }
 
@@ -104,6 +108,7 @@ async fn talk(
         network,
         mut questions,
         listener,
+        mut files,
         ..
     } = opened;
     let mut network = Some(network);
@@ -112,7 +117,6 @@ async fn talk(
     let mut stop_check = tokio::time::interval(STOP_CHECK);
     let mut keys_check = tokio::time::interval(KEYS_CHECK);
     let (mut accepts_again, mut warns_again) = (Instant::now(), Instant::now());
-    let mut files = Files::allow_many();
     loop {
         tokio::select! {
             message = outputs.recv() => {
@@ -149,12 +153,8 @@ async fn talk(
                 tokio::spawn(serve_from_afar(operator, query, Arc::clone(&inbox)));
             }
             _ = keys_check.tick() => {
-                if files.look(Instant::now())
-                    && let Some(network) = network.take()
-                {
-                    network.close().await;
-                }
-                network = keep_up(network, &settings, &ears).await;
+                let is_stuck = files.look(Instant::now());
+                network = keep_up(network, is_stuck, &settings, &ears).await;
             }
             _ = stop_check.tick() => if shared.is_stopping() { return Ok(()) },
         }
@@ -162,9 +162,18 @@ async fn talk(
 }
 
 /// The network, opened anew where that is due.
-async fn keep_up(network: Option<Network>, settings: &Settings, ears: &Ears) -> Option<Network> {
+async fn keep_up(
+    network: Option<Network>,
+    is_stuck: bool,
+    settings: &Settings,
+    ears: &Ears,
+) -> Option<Network> {
     if let Some(network) = network {
         match network.is_outdated() {
+            _ if is_stuck => {
+                tracing::warn!("the fleet network is opened anew: no file was left for long");
+                network.close().await;
+            }
             Ok(false) => return Some(network),
             Ok(true) => {
                 tracing::info!("certificates have changed: the fleet network is opened anew");

@@ -41,6 +41,11 @@ impl Inbox {
         self.waiting().knows(robot_id)
     }
 
+    /// How many the site lists.
+    pub(super) fn robots(&self) -> usize {
+        self.waiting().robots()
+    }
+
     pub(super) fn dropped(&self) -> u64 {
         self.waiting().dropped()
     }

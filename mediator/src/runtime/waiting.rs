@@ -52,6 +52,12 @@ impl Waiting {
         self.robots.contains_key(robot_id)
     }
 
+    /// How many robots the site lists.
+    #[must_use]
+    pub fn robots(&self) -> usize {
+        self.robots.len()
+    }
+
     /// A report has come.
     pub fn report(&mut self, report: Box<RobotReport>) {
         let Some(&robot) = self.robots.get(&report.robot_id) else {

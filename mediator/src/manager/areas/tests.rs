@@ -245,6 +245,21 @@ fn an_intruder_closes_the_area_until_it_has_left() {
     assert_eq!(bench.holder(), Some(1));
 }
 
+#[test]
+fn an_intruder_closes_an_area_also_where_there_is_room_for_others() {
+    let mut bench = Bench::holding(3, 0);
+    bench.report(0, false, (0, 0, 0));
+    bench.report(0, true, (0, 0, 0));
+    bench.ask(1);
+    bench.serve();
+    assert_eq!(bench.holder(), None);
+    // It asks, and has it: from then on it is one like others.
+    bench.report(0, true, (0, 1, 0));
+    bench.serve();
+    let has = |robot| bench.areas.robot(robot).holds(0);
+    assert!(has(0) && has(1));
+}
+
 /// Where both have room, neither waits until the other has left: each would for ever.
 #[test]
 fn of_two_intruders_each_has_the_area_that_both_fit_into_before_anybody_is_let_in() {

@@ -168,7 +168,7 @@ impl Program {
             None => Command::new(program),
             Some(most) => {
                 let mut shell = Command::new("sh");
-                let script = format!("ulimit -n {most}; exec \"$0\" \"$@\"");
+                let script = format!("ulimit -n {most} && exec \"$0\" \"$@\"");
                 shell.args(["-c", &script, program]);
                 shell
             }
