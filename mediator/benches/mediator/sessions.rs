@@ -358,6 +358,7 @@ fn measure(count: usize, secure: bool) -> f64 {
     let status = program.wait_ready(Duration::from_secs(5));
     let reports = floor.sent();
     let cpu_s = (program.cpu_time() - cpu).as_secs_f64();
+    let report_s = cpu_s / reports.max(1) as f64;
     let nets = status.coordinations.iter().filter(|own| !own.over).count();
     println!(
         "\n{count} robots on {count} sessions{}, {} areas, {nets} nets run, {took_s:.1} s: {:.0} reports/s, {:.0} messages/s, {:.0} moves/s\n\
@@ -374,7 +375,7 @@ fn measure(count: usize, secure: bool) -> f64 {
         times.count(),
         floor.bytes as f64 / floor.heard.max(1) as f64,
         100.0 * cpu_s / took_s,
-        1e6 * cpu_s / reports.max(1) as f64,
+        1e6 * report_s,
         program.rss_mib()
     );
     let registered = { floor.robots.iter() }
@@ -388,7 +389,7 @@ fn measure(count: usize, secure: bool) -> f64 {
     assert!(grown_mib < MOST_GROWTH_MIB, "{grown_mib} MiB more");
     let p99 = times.per_mille(990);
     assert!(p99 < MOST_P99, "p99 {}", ms(p99));
-    cpu_s / reports.max(1) as f64
+    report_s
 }
 
 pub fn run() {

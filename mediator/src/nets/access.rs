@@ -33,11 +33,10 @@ impl Instance {
         let Kind::Access(passages) = &self.plan.roles[role].kind else {
             return false;
         };
-        let at = self.participants()[role].own_position();
-        { passages.iter() }.any(|passage| {
-            let inside = at == Some(passage.granted_at) || at == Some(passage.entered_at);
-            inside && passage.areas.contains(&area)
-        })
+        let Some(at) = self.participants()[role].own_position() else {
+            return false;
+        };
+        { passages.iter() }.any(|passage| passage.is_within(at) && passage.areas.contains(&area))
     }
 
     /// Follows protocol 1 of a role's robot: `asks`, `has` and `is_in` say how it stands with an area.
@@ -69,15 +68,15 @@ impl Instance {
         }
         for passage in passages {
             let none_left = !passage.areas.iter().any(|&area| has(area));
-            let is_within = at == passage.granted_at || at == passage.entered_at;
-            if is_within && !none_left {
+            if passage.is_within(at) && !none_left {
                 // It has to go back, or gave an area back by a pose that was wrong, and would wait for itself. What the net lets others
                 // into meanwhile is its affair: two where one fits there never are.
-                let again = { passage.areas.iter().copied() }
-                    .filter(|&area| asks(area) && !participant.keeps(area));
-                let again: Vec<usize> = again.collect();
-                changed |= !again.is_empty();
-                participant.keep(&again);
+                for &area in &passage.areas {
+                    if asks(area) && !participant.keeps(area) {
+                        participant.keep(&[area]);
+                        changed = true;
+                    }
+                }
             }
             // It has given all back without entering, or was in and out again before that was seen.
             let waits = |&area: &usize| asks(area) && participant.keeps(area);

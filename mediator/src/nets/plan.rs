@@ -59,6 +59,13 @@ pub(crate) struct Passage {
     pub(crate) areas: Vec<usize>,
 }
 
+impl Passage {
+    /// A robot whose side is there may be in its areas: it was let in, and has not left all of them.
+    pub(crate) fn is_within(&self, at: Position) -> bool {
+        at == self.granted_at || at == self.entered_at
+    }
+}
+
 /// A protocol between mediator and robot, and what is said along with it.
 #[derive(Clone, Debug)]
 pub(crate) struct Script {

@@ -109,9 +109,7 @@ impl GateNet {
         let mut roles = self.roles.iter().zip(&state.roles);
         roles.any(|(role, own)| {
             usize::from(own.robot) == robot && { role.passages.iter() }.any(|passage| {
-                let at = own.at.set;
-                let inside = at == passage.granted_at || at == passage.entered_at;
-                inside && passage.areas.contains(&usize::from(area))
+                passage.is_within(own.at.set) && passage.areas.contains(&usize::from(area))
             })
         })
     }
