@@ -374,6 +374,7 @@ const COMMANDS: &[(&str, Run)] = &[
             naming: "\"bench\"",
         },
     ),
+    ("cargo bench -p mediator --bench mediator -- sessions", ByCi),
     (
         "cargo test --test it localisation::timing -- --ignored --nocapture",
         Here,
