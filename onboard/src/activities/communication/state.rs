@@ -114,6 +114,24 @@ mod tests {
     use super::*;
 
     #[test]
+    fn a_battery_is_told_of_while_the_drive_answers() {
+        let snapshot = |operational| Snapshot {
+            drive: DriveStatus {
+                operational,
+                bus_voltage_v: 25.5,
+                ..DriveStatus::default()
+            },
+            ..Snapshot::default()
+        };
+        let battery = |operational| message(&snapshot(operational), "amr-1", "normal", 7).battery;
+        let known = Battery {
+            voltage_v: 25.5,
+            charge: 0.0,
+        };
+        assert_eq!((battery(1), battery(0)), (Some(known), None));
+    }
+
+    #[test]
     fn only_discrete_changes_are_news() {
         let state = RobotState {
             area: "1".into(),

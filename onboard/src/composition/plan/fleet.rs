@@ -152,6 +152,29 @@ mod tests {
     }
 
     #[test]
+    fn a_factsheet_says_what_the_robots_file_says() {
+        let facts = |robot: &str| {
+            let setup = setup(robot, "docking", robot, true).expect("managed");
+            setup.factsheet
+        };
+        let software = format!("onboard {}", env!("CARGO_PKG_VERSION"));
+        let expected = Factsheet {
+            manufacturer: "unknown".to_owned(),
+            model: "0.4 x 0.3 m platform, KELO drive 100, URG-04LX".to_owned(),
+            software,
+            front_m: 0.32,
+            rear_m: 0.08,
+            left_m: 0.15,
+            right_m: 0.15,
+            max_speed_m_s: 0.40,
+            deceleration_m_s2: 0.4,
+            ..Factsheet::default()
+        };
+        assert_eq!(facts("amr-1"), expected);
+        assert_eq!(facts("amr-big").max_speed_m_s, 0.20);
+    }
+
+    #[test]
     fn states_know_their_areas_what_follows_and_how_long_they_last() {
         let setup = setup("amr-1", "corridor", "amr-1", true).expect("managed");
         let state = |name: &str| {
