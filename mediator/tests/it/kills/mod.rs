@@ -5,6 +5,8 @@
 //! started again, and robots forget everything. Two judges look on: the floor, which knows where the bodies are, and an
 //! observer on the network, which knows owners by their fences and asks nobody.
 //!
+//! Two mediators of one site, of which either is killed while the other one runs: the floor alone judges, since each has fences of its own.
+//!
 //! `MEDIATOR_KILLS` asks for more kills.
 
 mod fleet;
@@ -13,7 +15,7 @@ mod observer;
 use std::collections::BTreeSet;
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use crate::program::{Program, Site, session};
+use crate::program::{Program, Site, free_endpoint, session};
 use crate::random::Random;
 use fleet::Fleet;
 use observer::Observer;
@@ -52,13 +54,28 @@ fn kills() -> u64 {
     })
 }
 
-#[test]
-fn the_mediator_may_be_killed_at_any_moment() {
-    let folder = tempfile::tempdir().expect("a folder");
+/// Another one each time.
+fn random() -> Random {
     let clock = SystemTime::now().duration_since(UNIX_EPOCH);
     let seed = clock.map_or(1, |since| since.as_nanos() as u64);
     println!("seed {seed}");
-    let mut random = Random::new(seed);
+    Random::new(seed)
+}
+
+/// Work goes on for everyone.
+fn until_all_move(fleet: &mut Fleet, times: u64) {
+    let before = fleet.moves_by_robot();
+    fleet.run_until(Duration::from_secs(30), |fleet| {
+        let after = fleet.moves_by_robot();
+        let mut both = after.iter().zip(&before);
+        both.all(|(after, before)| *after >= before + times)
+    });
+}
+
+#[test]
+fn the_mediator_may_be_killed_at_any_moment() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut random = random();
     let (watching, observer_at) = session(&[]);
     let (driving, robots_at) = session(std::slice::from_ref(&observer_at));
     let observer = Observer::new(watching);
@@ -99,15 +116,7 @@ fn the_mediator_may_be_killed_at_any_moment() {
     }
     let took = begun.elapsed();
 
-    // Work goes on for everyone.
-    let before = fleet.moves_by_robot();
-    fleet.run_until(Duration::from_secs(30), |fleet| {
-        let after = fleet.moves_by_robot();
-        after
-            .iter()
-            .zip(&before)
-            .all(|(after, before)| *after >= before + 3)
-    });
+    until_all_move(&mut fleet, 3);
     // Nothing is lost: whoever stays where it is has that area, and there is nobody else.
     fleet.park();
     fleet.run_until(Duration::from_secs(30), Fleet::is_parked);
@@ -165,4 +174,64 @@ fn the_mediator_may_be_killed_at_any_moment() {
         "the observer has not seen all: {seen:?}"
     );
     assert!(fleet.crossings() > 0 && worked >= kills() / WORKS_BEFORE);
+}
+
+#[test]
+fn of_two_mediators_one_leads_and_either_may_be_killed() {
+    let mut random = random();
+    let (driving, robots_at) = session(&[]);
+    let site = site();
+    let mut fleet = Fleet::new(driving, &site, ROAMERS, CROSSING, random.next());
+    let folders = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+    let endpoint = free_endpoint("tcp");
+    let first = Program::new(folders[0].path(), &site, vec![robots_at.clone()]);
+    let second = Program::new(folders[1].path(), &site, vec![robots_at, endpoint.clone()]);
+    let mut programs = [first, second];
+    programs[0].listen(&endpoint);
+    programs[0].start();
+    programs[0].wait_ready(Duration::from_secs(20));
+    fleet.run_until(Duration::from_secs(20), |fleet| fleet.moves() >= 20);
+    programs[1].start();
+    let mut leading_killed = 0;
+    for _ in 0..kills() / 2 {
+        programs[0].wait_ready(Duration::from_secs(20));
+        programs[1].wait_ready(Duration::from_secs(20));
+        fleet.run(Duration::from_millis(random.below(3000)));
+        until_all_move(&mut fleet, 1);
+        let killed = random.below(2) as usize;
+        let stands_by = programs[killed]
+            .wait_ready(Duration::from_secs(5))
+            .stands_by;
+        leading_killed += u64::from(!stands_by);
+        // Such a robot may follow either.
+        fleet.forget(random.below((ROAMERS + CROSSERS) as u64) as usize);
+        fleet.run(Duration::from_millis(random.below(500)));
+        programs[killed].kill();
+        if random.chance(50) {
+            // The other one takes over, if it was not the one that leads.
+            until_all_move(&mut fleet, 1);
+        }
+        programs[killed].start();
+    }
+    until_all_move(&mut fleet, 3);
+    let until = Instant::now() + Duration::from_secs(10);
+    loop {
+        fleet.run(Duration::from_millis(100));
+        let leads =
+            { programs.iter() }.filter(|own| !own.wait_ready(Duration::from_secs(20)).stands_by);
+        if leads.count() == 1 {
+            break;
+        }
+        assert!(
+            Instant::now() < until,
+            "both lead, or neither: {:?}",
+            programs.map(|own| own.log())
+        );
+    }
+    println!(
+        "{} kills, {leading_killed} of the one that leads; {} moves",
+        kills() / 2,
+        fleet.moves()
+    );
+    programs.iter_mut().for_each(Program::kill);
 }
