@@ -30,6 +30,8 @@ class Body:
             self.process.areas = fleet.changed_floor(0)
             self.process.hash = floor_hash(self.process.areas)
         self.stands(self.area)
+        # Links are not in step: a request on another one may overtake this report.
+        fleet.expect(self.process, fleet.soon_s, lambda heard: True, "an answer to where it stands")
         self.process.speaks = True
 
     def stands(self, *areas: str) -> None:
