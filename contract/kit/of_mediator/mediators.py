@@ -6,12 +6,14 @@ import time
 
 from .. import page
 from ..checks import Failed
-from ..fleet import Fleet, found
+from ..fleet import Fleet, found, holds
 from ..played_robot import PlayedRobot
 from . import SUITE
 
 GONE = ("Then it takes a larger `mediator_epoch`, larger than the robot's too if that has a registration or knows this `journal`, so that "
         "the robot follows it; waits for all robots again; and sends each no levels until it has reported under that epoch.")
+LEASE = ("Nor does it acknowledge anything to any robot before all of them are believed, or said to be absent, so that nobody has a lease "
+         "(below)")
 LIE = "A smaller lie in its name is believed, and its reports give it away: the mediator then takes a larger number."
 STANDS_BY = ("while robots follow another one that it gives way to, it stands by (`stands_by`), grants and orders nothing, and registers "
              "nobody. The one with more robots goes on")
@@ -55,11 +57,32 @@ def other_mediator_gone(fleet: Fleet) -> None:
     if len(heard.message.access) > 0:
         raise Failed("no levels before the robot has reported under the new epoch", found(first))
     first.speaks = first.follows = True
-    fleet.expect(first, fleet.soon_s, lambda heard: heard.message.robot_sequence > 0, "reports that count under the new epoch")
     first.request(area)
     fleet.refused(first, area, f"{last.robot_id} has not reported under the new epoch")
     last.speaks = True
     fleet.granted(first, area)
+
+
+@SUITE.check("no-lease-before-all", LEASE, needs=["2 robots"])
+def no_lease_before_all(fleet: Fleet) -> None:
+    """A grant that a robot has from another mediator is no lease here until all robots have reported."""
+    fleet.believed()
+    first, last = fleet.robots[0], fleet.robots[-1]
+    area, = fleet.areas(1)
+    fleet.obtain(first, area)
+    epoch = first.mediator_epoch + 50
+    follow_other(fleet, first, epoch)
+    last.speaks = False
+    first.messages.clear()
+    first.send()
+    fleet.expect(first, fleet.soon_s, lambda heard: heard.message.mediator_epoch > epoch, f"an epoch above {epoch}")
+    first.speaks = first.follows = True
+    fleet.expect(first, fleet.taken_in_s, holds(area), f"the grant of {area}, which it has")
+    fleet.never(first, fleet.watch_s, lambda heard: heard.message.mediator_epoch > epoch and heard.message.robot_sequence > 0,
+                f"no lease before {last.robot_id} has reported")
+    last.speaks = True
+    sent = first.send()
+    fleet.expect(first, fleet.soon_s, lambda heard: heard.message.robot_sequence >= sent, "its lease when all have")
 
 
 @SUITE.check("stands-by", STANDS_BY, OTHER, needs=["3 robots"])

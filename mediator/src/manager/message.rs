@@ -92,7 +92,8 @@ impl View<'_> {
             instance: self.peers.instance,
             journal: self.peers.journal,
             stands_by: self.peers.stands_by,
-            robot_sequence: if own.is_of(boot_epoch) {
+            // A lease is for what this mediator alone may take back.
+            robot_sequence: if own.is_of(boot_epoch) && !self.sessions.awaits_unaccounted() {
                 own.counted
             } else {
                 0

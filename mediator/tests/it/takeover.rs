@@ -302,6 +302,28 @@ fn says_what_is_open(text: &str) -> bool {
     text.contains("people have closed") && text.contains("a second process of a robot")
 }
 
+/// The other one lives, and does not hear the robot: an operator has it clear the gate, and it lets in one of those that it hears.
+#[test]
+fn nobody_has_a_lease_before_all_robots_follow_the_mediator_that_takes_over() {
+    let mut robots = running();
+    let mut manager = start(&begun(2), 60, NOW_NS);
+    let others = [robots.remove(0), robots.remove(1)];
+    let mut now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
+    talk(&mut manager, &mut robots, now_ns);
+    now_ns += ENTERS_NO_MORE_NS;
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert_eq!(status.areas[0].holders, [("amr-2".to_owned(), 1)]);
+    assert!(robots[0].0.holds(AREA) && !robots[0].0.may_be_in(AREA, now_ns));
+    robots.extend(others);
+    for (heard, all) in [(2, false), (3, true)] {
+        talk(&mut manager, &mut robots[..heard], now_ns);
+        now_ns += ENTERS_NO_MORE_NS;
+        let status = talk(&mut manager, &mut robots[..heard], now_ns);
+        assert_eq!(status.awaited.is_empty(), all, "{status:?}");
+        assert_eq!(robots[0].0.may_be_in(AREA, now_ns), all);
+    }
+}
+
 #[test]
 fn a_mediator_that_has_stood_by_asks_everybody_before_it_goes_on() {
     let mut robots = running();

@@ -42,7 +42,7 @@ WRONG: dict[str, tuple[type[Relay], list[str]]] = {
     "echo-frozen": (numbers.EchoFrozen, ["robot-sequence"]),
     "echo-ahead": (numbers.EchoAhead, ["robot-sequence"]),
     "echoes-all": (numbers.EchoesAll, ["uncounted-not-echoed"]),
-    "acknowledges-at-once": (numbers.AcknowledgesAtOnce, ["not-believed-not-acknowledged"]),
+    "acknowledges-at-once": (numbers.AcknowledgesAtOnce, ["not-believed-not-acknowledged", "no-lease-before-all"]),
     "slow": (numbers.Slow, ["level-rate"]),
     "too-long": (numbers.TooLong, ["message-size"]),
     "keeps-epoch": (numbers.KeepsEpoch, ["lied-epoch"]),

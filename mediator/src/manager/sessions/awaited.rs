@@ -30,6 +30,11 @@ impl Sessions {
         self.awaited.contains(&robot)
     }
 
+    /// Some robot may still follow another mediator.
+    pub(crate) fn awaits_unaccounted(&self) -> bool {
+        { self.awaited.iter() }.any(|&robot| self.robots[robot].unaccounted)
+    }
+
     /// Nothing is granted before these robots have said where they stand.
     pub(crate) fn wait_for(&mut self, robots: Vec<usize>) {
         for &robot in &robots {

@@ -90,6 +90,19 @@ impl Faults {
         every: 250,
         stops_at: 40,
     };
+
+    /// And an operator orders what he may, with time between two crashes in which it matters. A report that comes after all from before
+    /// an area was cleared is believed, and blocks it: so none comes.
+    pub fn and_orders(self) -> Self {
+        Self {
+            cuts: true,
+            operator: true,
+            replays: false,
+            every: 1_000,
+            stops_at: 400,
+            ..self
+        }
+    }
 }
 
 /// Between a mediator, by number, and a robot.
@@ -138,6 +151,8 @@ pub enum Broken {
     PromotesSecond,
     /// It lets robots into areas that an operator has closed.
     IgnoresClosed,
+    /// A restarted mediator does not know which areas are closed.
+    ForgetsClosed,
     /// It does not wait until a robot enters nothing any more before it clears what that was granted.
     ClearsAtOnce,
     /// It takes every other mediator to be gone.

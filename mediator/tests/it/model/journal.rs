@@ -96,13 +96,27 @@ impl Journal {
         self.robot(robot_id).is_some_and(|own| own.session > 0)
     }
 
-    fn robot(&self, robot_id: &str) -> Option<&RobotRecord> {
-        let mut newest = self.last.iter().rev().flat_map(|own| own.iter().rev());
+    /// The area is closed, by what was written last.
+    pub fn has_closed(&self, area_id: &str) -> bool {
+        let mut newest = self.newest_first();
         let newest = newest.find_map(|entry| match entry {
+            Entry::Closed { area, record } if area == area_id => Some(record.is_some()),
+            _ => None,
+        });
+        newest.unwrap_or_else(|| self.safe.closed.contains_key(area_id))
+    }
+
+    fn robot(&self, robot_id: &str) -> Option<&RobotRecord> {
+        let newest = self.newest_first().find_map(|entry| match entry {
             Entry::Robot { robot, record } if robot == robot_id => Some(record),
             _ => None,
         });
         newest.or_else(|| self.safe.robots.get(robot_id))
+    }
+
+    /// What a power loss may still take.
+    fn newest_first(&self) -> impl Iterator<Item = &Entry> {
+        self.last.iter().rev().flat_map(|own| own.iter().rev())
     }
 
     /// Loses everything but this, as no disk does.
@@ -127,6 +141,11 @@ impl Journal {
             },
             ..Stored::default()
         };
+    }
+
+    pub fn forget_what_is_closed(&mut self) {
+        self.keep();
+        self.safe.closed.clear();
     }
 
     /// Somebody deletes the file, or puts a copy in its place: into the same file, or as another one.

@@ -88,9 +88,8 @@ impl Fleet {
     }
 
     pub fn crash_mediator(&mut self, number: usize, faults: Faults, random: &mut Random) {
-        // It may have forgotten what it was just told.
-        self.closed.clear();
         self.seconds.iter_mut().for_each(Second::tells_anew);
+        let is_alone = self.mediators.len() == 1;
         let mediator = &mut self.mediators[number];
         if let Some(manager) = mediator.manager.take() {
             self.tally.add_manager(&manager.counters());
@@ -102,15 +101,19 @@ impl Fleet {
             self.tally.writes_lost += journal.lose_power(random);
             self.tally.power_losses += 1;
         }
+        if faults.journal && random.chance(50) {
+            journal.lose(random);
+            self.tally.journals_lost += 1;
+        }
+        // It may not have written yet what it was just told; and where there are two, the other one was told nothing.
+        let has_closed = |area| is_alone && journal.has_closed(self.floor.name(area));
+        self.closed.retain(|&area, _| has_closed(area));
         match self.broken {
             Some(Broken::ForgetsJournal) => journal.forget(Left::Epoch),
             Some(Broken::ForgetsEpoch) => journal.forget(Left::Nothing),
             Some(Broken::AwaitsNobody) => journal.forget(Left::Absence),
+            Some(Broken::ForgetsClosed) => journal.forget_what_is_closed(),
             _ => {}
-        }
-        if faults.journal && random.chance(50) {
-            journal.lose(random);
-            self.tally.journals_lost += 1;
         }
     }
 

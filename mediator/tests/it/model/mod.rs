@@ -312,6 +312,20 @@ fn operators_may_order_anything_at_any_moment() {
     });
 }
 
+/// And so where journals are lost, poses are wrong, or two mediators come and go.
+#[test]
+fn operators_may_order_anything_whatever_else_goes_wrong() {
+    for faults in [JOURNALS, POSES, SPARE, BOTH].map(Faults::and_orders) {
+        on_every_floor(60, faults, |runs, tally| {
+            tally.cuts > runs
+                && tally.cleared > runs / 16
+                && tally.taken_away > runs / 8
+                && tally.absent > runs / 16
+                && tally.closed > runs / 2
+        });
+    }
+}
+
 /// Robots that are lost stand; one that was given a wrong pose is in others' way until it has left, and endangers nobody but itself.
 #[test]
 fn poses_that_are_lost_or_wrong_endanger_nobody_else() {
@@ -358,7 +372,7 @@ fn areas_that_an_operator_clears_stay_empty() {
 /// Robots that waited for ever, and people who were told what is not so.
 #[test]
 fn what_ten_thousand_runs_have_found_stays_mended() {
-    let found: [(u64, Place, u64, Faults); 11] = [
+    let found: [(u64, Place, u64, Faults); 12] = [
         // The journal has lost the grants of two robots, of whom one is heard only after another start.
         (361, Floor::ring, 6_000, CLEARED),
         (2092, Floor::ring, 4_000, Faults::ALL),
@@ -379,6 +393,8 @@ fn what_ten_thousand_runs_have_found_stays_mended() {
         (7473, Floor::docking, 6_000, Faults::ALL),
         // A robot that was lost and is found again went on with what it had by where it was thought to be.
         (307, Floor::docking, 6_000, POSES),
+        // One kept its lease by a spare mediator, and was cleared away by its own one, which did not hear it.
+        (373, Floor::docking, 15_000, SPARE.and_orders()),
     ];
     for (seed, floor, settle_ms, faults) in found {
         let mut random = Random::new(seed);
@@ -479,6 +495,13 @@ fn what_is_broken_is_noticed() {
         operator: true,
         ..Faults::NONE
     };
+    // Seldom, so that there is time in which something could be entered.
+    let stops = Faults {
+        crashes: true,
+        every: 1_000,
+        stops_at: 400,
+        ..orders
+    };
     let slow = Faults { slow: true, ..cuts };
     let seconds = Faults {
         seconds: true,
@@ -529,6 +552,7 @@ fn what_is_broken_is_noticed() {
         (Broken::ClearsAtOnce, slow, "are in it", 100, 1),
         (Broken::NeverStandsBy, BOTH, "has not moved", RUNS, 1),
         (Broken::WrongPose, poses, "are in it", RUNS, 1),
+        (Broken::ForgetsClosed, stops, "enters a closed area", 100, 1),
         (Broken::NeverRevokes, cuts, "enters a closed area", 200, 1),
         (Broken::NeverRevokes, hindered, FULL, 200, 1),
         (Broken::IgnoresSeconds, seconds, "are in it", RUNS, 1),
@@ -539,16 +563,16 @@ fn what_is_broken_is_noticed() {
                 // Its areas hold more than there are second processes at once.
                 continue;
             }
-            let noticed =
-                (0..runs).filter_map(|seed| is_noticed(broken, (floor, settle_ms), seed, faults));
-            let (so, otherwise): (Vec<String>, Vec<String>) =
-                noticed.partition(|text| text.contains(how));
-            eprintln!(
-                "{broken:?} on {name}: noticed in {} of {runs} runs, {} of them by `{how}`",
-                so.len() + otherwise.len(),
-                so.len()
-            );
-            if (so.len() as u64) < at_least {
+            // No further than to show that it is.
+            let (mut so, mut otherwise, mut tried) = (0, Vec::new(), 0);
+            while so < at_least && tried < runs {
+                let noticed = is_noticed(broken, (floor, settle_ms), tried, faults);
+                so += u64::from(noticed.as_ref().is_some_and(|text| text.contains(how)));
+                otherwise.extend(noticed.filter(|text| !text.contains(how)));
+                tried += 1;
+            }
+            eprintln!("{broken:?} on {name}: noticed in {so} of {tried} runs by `{how}`");
+            if so < at_least {
                 missed.push(format!("{broken:?} on {name}: {otherwise:#?}"));
             }
         }
@@ -556,7 +580,7 @@ fn what_is_broken_is_noticed() {
     assert!(missed.is_empty(), "{missed:#?}");
     // The same faults, and nothing broken.
     for faults in [
-        crashes, old, power, cuts, orders, slow, seconds, hindered, poses, BOTH,
+        crashes, old, power, cuts, orders, stops, slow, seconds, hindered, poses, BOTH,
     ] {
         for seed in 0..RUNS {
             let mut random = Random::new(seed);

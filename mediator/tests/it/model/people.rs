@@ -164,7 +164,7 @@ impl Fleet {
     }
 
     /// A robot that begins to reach into an area does not while that is closed. What was granted before it may still enter for as
-    /// long as any grant, and so what it has left just now.
+    /// long as any grant, and so what it has left just now; and whoever says that it cannot stop before it is believed.
     pub fn assert_enters_nothing_closed(&self, robot: &Robot) {
         let Some(next) = robot.crossing.filter(|_| !robot.was_mistaken) else {
             return;
@@ -173,7 +173,7 @@ impl Fleet {
         let (before, came_ms) = robot.came;
         let was_in = |area| self.floor.spots[before].contains(area);
         let mut closed = { self.floor.spots[next].iter() }
-            .filter(|area| !here.contains(area))
+            .filter(|area| !here.contains(area) && !robot.insists_on(**area))
             .filter_map(|area| {
                 let since_ms = *self.closed.get(area)?;
                 Some(if was_in(area) {

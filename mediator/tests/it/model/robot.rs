@@ -63,6 +63,8 @@ pub struct Robot {
     pub through: Option<(usize, usize)>,
     /// Such an area, until when, and whether it says that it could not stop before it.
     dream: Option<(usize, u64, bool)>,
+    /// Those areas before which it has said so since it has them.
+    insists_on: BTreeSet<usize>,
     pub process: Option<Process>,
     /// When the process starts again.
     pub restart_ms: u64,
@@ -169,6 +171,7 @@ impl Robot {
             came: (route[leg], 0),
             through: None,
             dream: None,
+            insists_on: BTreeSet::new(),
             process: None,
             restart_ms: random.below(500),
             report_ms: 0,
@@ -213,6 +216,7 @@ impl Robot {
     /// The process is gone. A body that could not stop any more rolls over the border.
     pub fn crash(&mut self, now_ms: u64, random: &mut Random) {
         self.process = None;
+        self.insists_on.clear();
         self.restart_ms = now_ms + random.below(3_000);
         self.crossing = self.crossing.or(self.committed.take());
         self.until_ms = u64::MAX;
@@ -222,6 +226,7 @@ impl Robot {
     pub fn is_taken_to(&mut self, spot: usize) {
         self.process = None;
         self.is_away = true;
+        self.insists_on.clear();
         self.spot = spot;
         (self.crossing, self.committed, self.mistake) = (None, None, None);
         self.was_mistaken = false;
@@ -235,10 +240,9 @@ impl Robot {
         }
     }
 
-    /// It says that it could not stop before the area, though it neither moves nor goes there.
+    /// It says that it could not stop before the area, though it neither moves nor goes there; or has kept by this what it has.
     pub fn insists_on(&self, area: usize) -> bool {
-        self.dream
-            .is_some_and(|(own, _, insists)| insists && own == area)
+        self.insists_on.contains(&area)
     }
 
     /// For people.
@@ -397,9 +401,15 @@ impl Robot {
         }
         let committed = { self.committed.into_iter() }.flat_map(|spot| &floor.spots[spot]);
         let mut committed: Vec<usize> = committed.copied().collect();
+        let client = &process.client;
+        self.insists_on
+            .retain(|&area| client.holds(floor.name(area)));
         if let Some((area, _, insists)) = self.dream {
             wanted.push(area);
-            committed.extend(insists.then_some(area));
+            if insists {
+                committed.push(area);
+                self.insists_on.insert(area);
+            }
         }
         let situation = Situation {
             located: process.client.is_registered() && !is_lost,
