@@ -157,6 +157,8 @@ fn nor_does_a_longer_one() {
         (1, AWAY, 1, 7),
         (1, CUTS, 1, CLEARED_AFTER),
         (1, PROCESSES, 0, 7),
+        // Long enough for what the product does once a grant of before the start is over.
+        (1, MEDIATOR, 1, 7),
         (1, ALL, 1, 4),
         (2, MESSAGES | CUTS, 0, 3),
         (2, MESSAGES | MEDIATOR, 0, 3),

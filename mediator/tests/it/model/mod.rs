@@ -139,6 +139,15 @@ const BOTH: Faults = Faults {
     ..SPARE
 };
 
+/// All of these at once.
+const TOGETHER: Faults = Faults {
+    journal: true,
+    poses: true,
+    spare: true,
+    slow: true,
+    ..Faults::ALL
+};
+
 /// Second processes, while anything happens to the first ones, and to the mediator.
 const SECONDS: Faults = Faults {
     seconds: true,
@@ -312,10 +321,10 @@ fn operators_may_order_anything_at_any_moment() {
     });
 }
 
-/// And so where journals are lost, poses are wrong, or two mediators come and go.
+/// And so where journals are lost, poses are wrong, two mediators come and go, or all of this.
 #[test]
 fn operators_may_order_anything_whatever_else_goes_wrong() {
-    for faults in [JOURNALS, POSES, SPARE, BOTH].map(Faults::and_orders) {
+    for faults in [JOURNALS, POSES, SPARE, BOTH, TOGETHER].map(Faults::and_orders) {
         on_every_floor(60, faults, |runs, tally| {
             tally.cuts > runs
                 && tally.cleared > runs / 16
