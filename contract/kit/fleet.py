@@ -146,13 +146,17 @@ class Fleet:
             raise Mute(f"the mediator never sends its floor to a robot that has none; it says `{asks.newest.message.refusal}`")
         self.floor = list(heard.message.floor)
 
-    def join(self, robot: PlayedRobot) -> None:
-        """Waits until the robot is registered, and its reports count."""
+    def register(self, robot: PlayedRobot) -> None:
+        """Waits until the robot is registered."""
         starts_s = max(0.0, self.program.started_at + STARTS_S - time.monotonic()) if self.program is not None else 0.0
         # That it is in time is for checks to judge, not for what surrounds them.
         patience_s = starts_s + self.taken_in_s + page.CANDIDATE_S
-        self.expect(robot, patience_s, lambda heard: heard.message.session != 0 and heard.message.robot_sequence > 0,
-                    "a session for a robot of the site whose process before is silent, and its reports to count")
+        self.expect(robot, patience_s, lambda heard: heard.message.session != 0, "a session for a robot of the site whose process before is silent")
+
+    def join(self, robot: PlayedRobot) -> None:
+        """Waits until the robot is registered, and all are believed, so that its reports count."""
+        self.register(robot)
+        self.expect(robot, self.taken_in_s + page.CANDIDATE_S, lambda heard: heard.message.robot_sequence > 0, "reports that count")
         if robot.claims:
             # Levels of a run before, which was left where it was.
             robot.give_back_all()

@@ -6,13 +6,14 @@ import time
 
 from .. import page
 from ..checks import Failed
-from ..fleet import Fleet, found, holds
+from ..fleet import STARTS_S, Fleet, found, holds
 from ..played_robot import PlayedRobot
 from . import SUITE
 
 GONE = ("Then it takes a larger `mediator_epoch`, larger than the robot's too if that has a registration or knows this `journal`, so that "
-        "the robot follows it; waits for all robots again; and sends each no levels until it has reported under that epoch.")
-LEASE = ("Nor does it acknowledge anything to any robot before all of them are believed, or said to be absent, so that nobody has a lease "
+        "the robot follows it; waits for all robots again, also for those that were absent; and sends each no levels until it has reported "
+        "under that epoch.")
+LEASE = ("Nor does it acknowledge any report by `robot_sequence` before that, or while it stands by, so that nobody gets another lease "
          "(below)")
 LIE = "A smaller lie in its name is believed, and its reports give it away: the mediator then takes a larger number."
 STANDS_BY = ("while robots follow another one that it gives way to, it stands by (`stands_by`), grants and orders nothing, and registers "
@@ -63,6 +64,18 @@ def other_mediator_gone(fleet: Fleet) -> None:
     fleet.granted(first, area)
 
 
+def enters_when_all_have_reported(fleet: Fleet, area: str, epoch: int) -> None:
+    """Of another epoch the first robot has the area that it had, and no lease before the last one reports."""
+    first, last = fleet.robots[0], fleet.robots[-1]
+    fleet.expect(first, STARTS_S + fleet.taken_in_s, lambda heard: heard.message.mediator_epoch > epoch and holds(area)(heard),
+                 f"the grant of {area}, which it has, under an epoch above {epoch}")
+    fleet.never(first, fleet.watch_s, lambda heard: heard.message.mediator_epoch > epoch and heard.message.robot_sequence > 0,
+                f"no lease before {last.robot_id} has reported")
+    last.speaks = True
+    sent = first.send()
+    fleet.expect(first, fleet.taken_in_s, lambda heard: heard.message.robot_sequence >= sent, "its lease when all have")
+
+
 @SUITE.check("no-lease-before-all", LEASE, needs=["2 robots"])
 def no_lease_before_all(fleet: Fleet) -> None:
     """A grant that a robot has from another mediator is no lease here until all robots have reported."""
@@ -77,17 +90,25 @@ def no_lease_before_all(fleet: Fleet) -> None:
     first.send()
     fleet.expect(first, fleet.soon_s, lambda heard: heard.message.mediator_epoch > epoch, f"an epoch above {epoch}")
     first.speaks = first.follows = True
-    fleet.expect(first, fleet.taken_in_s, holds(area), f"the grant of {area}, which it has")
-    fleet.never(first, fleet.watch_s, lambda heard: heard.message.mediator_epoch > epoch and heard.message.robot_sequence > 0,
-                f"no lease before {last.robot_id} has reported")
-    last.speaks = True
-    sent = first.send()
-    fleet.expect(first, fleet.soon_s, lambda heard: heard.message.robot_sequence >= sent, "its lease when all have")
+    enters_when_all_have_reported(fleet, area, epoch)
 
 
-@SUITE.check("stands-by", STANDS_BY, OTHER, needs=["3 robots"])
+@SUITE.check("no-lease-after-start", LEASE, needs=["--start", "2 robots"])
+def no_lease_after_start(fleet: Fleet) -> None:
+    """A grant of before a restart is no lease until all robots have reported."""
+    fleet.believed()
+    first, last = fleet.robots[0], fleet.robots[-1]
+    area, = fleet.areas(1)
+    fleet.obtain(first, area)
+    last.speaks = False
+    epoch = first.mediator_epoch
+    fleet.restart(go_on=True)
+    enters_when_all_have_reported(fleet, area, epoch)
+
+
+@SUITE.check("stands-by", STANDS_BY, OTHER, LEASE, needs=["3 robots"])
 def stands_by(fleet: Fleet) -> None:
-    """While two of three robots follow and hear another mediator this one grants nothing, and says so; then it goes on."""
+    """While two of three robots follow and hear another mediator this one grants nothing, gives no lease, and says so; then it goes on."""
     fleet.believed()
     loyal, *others = fleet.robots
     area, = fleet.areas(1)
@@ -110,6 +131,8 @@ def stands_by(fleet: Fleet) -> None:
         raise Failed("stands_by to the robot that follows this mediator", found(loyal))
     if loyal.claims[area].held:
         raise Failed("no grant while it stands by", found(loyal))
+    if loyal.newest is not None and loyal.newest.message.stands_by and loyal.newest.message.robot_sequence > 0:
+        raise Failed("no lease while it stands by", found(loyal))
     for robot in others:
         robot.speaks = robot.follows = True
         robot.messages.clear()

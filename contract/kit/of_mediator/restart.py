@@ -220,7 +220,7 @@ def all_speak(fleet: Fleet) -> list[PlayedRobot]:
         robot.speaks = True
     meet(fleet, robots[0])
     for robot in robots:
-        fleet.join(robot)
+        fleet.register(robot)
     return robots
 
 
@@ -264,7 +264,7 @@ def waits_for_all(fleet: Fleet) -> None:
         robot.speaks = True
     meet(fleet, robots[0])
     for robot in robots:
-        fleet.join(robot)
+        fleet.register(robot)
     fleet.believed()
     robots[0].request(area)
     fleet.refused(robots[0], area, f"{last.robot_id} has not said where it stands")

@@ -92,8 +92,7 @@ impl View<'_> {
             instance: self.peers.instance,
             journal: self.peers.journal,
             stands_by: self.peers.stands_by,
-            // A lease is for what this mediator alone may take back.
-            robot_sequence: if own.is_of(boot_epoch) && !self.sessions.awaits_unaccounted() {
+            robot_sequence: if own.is_of(boot_epoch) && self.gives_leases() {
                 own.counted
             } else {
                 0

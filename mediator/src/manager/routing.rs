@@ -211,7 +211,7 @@ impl Manager {
             .sessions
             .hear(robot, report.located, now_ns, &mut self.effects);
         if heard.completes {
-            self.areas.touch_all();
+            self.nobody_is_awaited();
         }
         if heard.again {
             self.areas.touch_what_waits(robot);

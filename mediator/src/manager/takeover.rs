@@ -8,8 +8,8 @@
 //! this mediator has stood by. Then no robot is *accounted for* until it has followed this mediator and said what it has, which
 //! counts whatever was known of it here. From then on this mediator has a larger epoch: larger than that of the mediator that is
 //! gone, since robots follow another one only then, and larger than its own before. So whoever repeats it has taken in all that
-//! was on its way to it. Until all are accounted for nobody has a lease from this mediator: the other one may only be out of reach, and
-//! take what it has granted from a robot that it does not hear.
+//! was on its way to it. Nobody has a lease from this mediator while any robot is awaited, or while it stands by: another one may only be
+//! out of reach, and take what it has granted from a robot that it does not hear.
 //!
 //! A grant that was not entered is a lease: a robot enters nothing more once it has not been heard for
 //! [`ENTERS_NO_MORE_NS`]. Before that nobody takes such a grant from it: no operator, and no new process of it.
@@ -62,7 +62,6 @@ impl Manager {
         if elsewhere || !self.peers.hear(robot, report, is_next, now_ns) {
             return false;
         }
-        self.sessions.robot_mut(robot).surely_absent = false;
         self.judge_peers(now_ns);
         if self.peers.stands_by {
             return true;
@@ -128,9 +127,15 @@ impl Manager {
                 robot: self.names.robot_id(robot),
             });
             if self.sessions.wait_no_longer_for(robot) {
-                self.areas.touch_all();
+                self.nobody_is_awaited();
             }
         }
+    }
+
+    /// What is free may be granted now, and what robots have may be entered: they hear of it at once.
+    pub(super) fn nobody_is_awaited(&mut self) {
+        self.areas.touch_all();
+        (0..self.names.robots().len()).for_each(|robot| self.effects.tell(robot));
     }
 
     // ---------------------------------------------------------------- operators
@@ -273,7 +278,9 @@ impl Manager {
         }
         self.areas.withdraw(robot, &mut self.effects);
         self.effects.tell(robot);
-        self.sessions.give_up(robot);
+        if self.sessions.give_up(robot) {
+            self.nobody_is_awaited();
+        }
         self.coordinations.look_again_at(robot);
         self.store_robot(robot);
         self.areas.touch_all();

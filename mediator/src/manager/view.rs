@@ -10,6 +10,8 @@ use super::peers::Peers;
 use super::sessions::Sessions;
 use crate::nets::Kind;
 
+const STANDS_BY: &str = "this mediator stands by, since robots follow another one";
+
 /// All parts of the manager, to look at.
 pub(crate) struct View<'a> {
     pub(crate) names: &'a Names,
@@ -51,10 +53,31 @@ impl View<'_> {
             lines.push(match (session.number, session.is_heard()) {
                 (0, _) => format!("{robot_id} was never heard of"),
                 (_, false) => format!("{robot_id} is silent, and waits for nothing"),
-                (_, true) => format!("{robot_id} waits for nothing"),
+                (_, true) => { self.explain_lease(robot) }
+                    .unwrap_or_else(|| format!("{robot_id} waits for nothing")),
             });
         }
         Ok(lines.join("\n"))
+    }
+
+    /// Whether robots may enter what they have: only where no other mediator may take it from one of them. That leads none which
+    /// have followed this one since it started, or asked all anew.
+    pub(crate) fn gives_leases(&self) -> bool {
+        !self.peers.stands_by && self.sessions.awaited().is_empty()
+    }
+
+    /// In a sentence, why a robot that is heard does not enter what it has.
+    fn explain_lease(&self, robot: usize) -> Option<String> {
+        let occupant = self.areas.robot(robot);
+        let mut areas = occupant.claims.iter().map(|(area, _)| area);
+        let is_outside = areas.any(|area| occupant.holds(area) && !occupant.stands_in(area));
+        let why = match self.gives_leases() || !is_outside {
+            true => return None,
+            false if self.peers.stands_by => STANDS_BY.to_owned(),
+            false => self.explain_awaited(),
+        };
+        let id = self.names.robot_id(robot);
+        Some(format!("{id} enters nothing that it has: {why}"))
     }
 
     /// In a sentence, why nothing is granted after a start.
@@ -89,7 +112,7 @@ impl View<'_> {
         let since_s = self.now_ns.saturating_sub(asked_ns) as f64 * 1e-9;
         let text = format!("for {since_s:.1} s: ");
         if self.peers.stands_by {
-            return text + "this mediator stands by, since robots follow another one";
+            return text + STANDS_BY;
         }
         if !self.sessions.awaited().is_empty() {
             return text + &self.explain_awaited();

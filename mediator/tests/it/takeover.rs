@@ -324,6 +324,62 @@ fn nobody_has_a_lease_before_all_robots_follow_the_mediator_that_takes_over() {
     }
 }
 
+/// Another mediator may have led them meanwhile, and lead those that are not heard still.
+#[test]
+fn nobody_has_a_lease_after_a_start_before_all_robots_are_heard() {
+    let mut stored = begun(1);
+    let mut manager = start(&stored, 50, 0);
+    let mut robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[]));
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    talk(&mut manager, &mut robots, NOW_NS);
+    assert!(robots[0].0.may_be_in(AREA, NOW_NS));
+    keep(&mut manager, &mut stored);
+    let now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
+    let mut manager = start(&stored, 51, now_ns);
+    talk(&mut manager, &mut robots[..2], now_ns);
+    assert!(robots[0].0.holds(AREA) && !robots[0].0.may_be_in(AREA, now_ns));
+    let why = manager.why("amr-1", now_ns).expect("a robot of the site");
+    assert!(
+        why.contains("enters nothing") && why.contains("amr-3"),
+        "{why}"
+    );
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert!(status.awaited.is_empty(), "{status:?}");
+    assert!(robots[0].0.may_be_in(AREA, now_ns));
+}
+
+/// It came back to the other one, and is out of reach of this one since.
+#[test]
+fn absence_that_was_said_before_another_mediator_led_says_nothing() {
+    let mut first = start(&begun(1), 50, 0);
+    let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
+    talk(&mut first, &mut robots, NOW_NS);
+    assert_eq!(first.absent("amr-3", false, NOW_NS), Ok(Vec::new()));
+    assert!(talk(&mut first, &mut robots, NOW_NS).awaited.is_empty());
+
+    robots.push(robot("amr-3", &[AREA]));
+    let mut now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
+    let mut second = start(&begun(2), 60, NOW_NS);
+    talk(&mut second, &mut robots, now_ns);
+    now_ns += ENTERS_NO_MORE_NS;
+    talk(&mut second, &mut robots, now_ns);
+    assert!(robots[2].0.may_be_in(AREA, now_ns));
+
+    robots.pop();
+    robots[0].1.wanted = vec![AREA.to_owned()];
+    assert!(talk(&mut first, &mut robots, now_ns).stands_by);
+    for _ in 0..4 {
+        now_ns += 2 * SILENT_AFTER_NS;
+        talk(&mut first, &mut robots, now_ns);
+    }
+    let status = first.status(now_ns);
+    assert!(
+        !status.stands_by && status.awaited == ["amr-3"],
+        "{status:?}"
+    );
+    assert!(!robots[0].0.holds(AREA));
+}
+
 #[test]
 fn a_mediator_that_has_stood_by_asks_everybody_before_it_goes_on() {
     let mut robots = running();

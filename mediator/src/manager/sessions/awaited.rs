@@ -30,11 +30,6 @@ impl Sessions {
         self.awaited.contains(&robot)
     }
 
-    /// Some robot may still follow another mediator.
-    pub(crate) fn awaits_unaccounted(&self) -> bool {
-        { self.awaited.iter() }.any(|&robot| self.robots[robot].unaccounted)
-    }
-
     /// Nothing is granted before these robots have said where they stand.
     pub(crate) fn wait_for(&mut self, robots: Vec<usize>) {
         for &robot in &robots {
@@ -44,25 +39,21 @@ impl Sessions {
         self.awaited = robots;
     }
 
-    /// Another mediator may have granted a robot anything: it is awaited, and what it says then is taken over. Only what was said
-    /// of it since this start still holds.
+    /// Another mediator may have granted a robot anything: it is awaited, and what it says then is taken over. One that was said to be
+    /// absent may have come back to that one.
     pub(crate) fn unaccount(&mut self, robot: usize, now_ns: u64) {
-        let session = &mut self.robots[robot];
-        if session.surely_absent {
-            return;
-        }
-        session.unaccount(now_ns);
+        self.robots[robot].unaccount(now_ns);
         if !self.is_awaited(robot) {
             self.awaited.push(robot);
         }
     }
 
-    /// An operator says that this robot is nowhere: nobody waits for it until it is heard.
-    pub(crate) fn give_up(&mut self, robot: usize) {
+    /// An operator says that this robot is nowhere: nobody waits for it until it is heard. Returns whether it was the last one that was
+    /// awaited.
+    pub(crate) fn give_up(&mut self, robot: usize) -> bool {
         let session = &mut self.robots[robot];
         (session.unaccounted, session.absent) = (false, true);
-        session.surely_absent = true;
-        self.wait_no_longer_for(robot);
+        self.wait_no_longer_for(robot)
     }
 
     /// Returns whether it was the last one that was awaited.

@@ -68,8 +68,6 @@ pub(crate) struct Session {
     pub(crate) unaccounted: bool,
     /// An operator has said that it is nowhere, and it was not heard since.
     pub(crate) absent: bool,
-    /// That was said since this start, and nobody has heard it since, whichever mediator it follows.
-    pub(crate) surely_absent: bool,
     /// It has reported since the start. Before that nothing is sent to it: its first report says whom it has followed so far.
     pub(crate) reports: bool,
     /// It has reported as one of this site.
