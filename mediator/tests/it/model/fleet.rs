@@ -37,8 +37,8 @@ pub struct Faults {
     pub stuck_per_mille: u64,
     /// Robots have second processes.
     pub seconds: bool,
-    /// A robot is out of reach for seconds, of one mediator or of all.
-    pub cuts: bool,
+    /// So many links are cut for seconds at the same time, each of a robot to one mediator or to all.
+    pub cuts: usize,
     /// An operator orders whatever he may, at any moment, and says only what he sees.
     pub operator: bool,
     /// Robots do not know for seconds where they are, or are wrong about it.
@@ -64,7 +64,7 @@ impl Faults {
         journal: false,
         stuck_per_mille: 0,
         seconds: false,
-        cuts: false,
+        cuts: 0,
         operator: false,
         poses: false,
         slow: false,
@@ -81,7 +81,7 @@ impl Faults {
         journal: false,
         stuck_per_mille: 150,
         seconds: false,
-        cuts: false,
+        cuts: 0,
         operator: false,
         poses: false,
         slow: false,
@@ -95,7 +95,7 @@ impl Faults {
     /// an area was cleared is believed, and blocks it: so none comes.
     pub fn and_orders(self) -> Self {
         Self {
-            cuts: true,
+            cuts: self.cuts.max(1),
             operator: true,
             replays: false,
             every: 1_000,
@@ -176,8 +176,8 @@ pub struct Fleet {
     /// The first one, and a spare one while there is one.
     pub(super) mediators: Vec<Mediator>,
     network: Vec<(u64, Message)>,
-    /// A robot that is out of reach, of which mediator, or of all, and until when.
-    cut: Option<(usize, Option<usize>, u64)>,
+    /// Robots that are out of reach, of which mediator, or of all, and until when.
+    cuts: Vec<(usize, Option<usize>, u64)>,
     /// Messages of long ago.
     past: Vec<Message>,
     /// Until then some arrive.
@@ -208,7 +208,7 @@ impl Fleet {
             second_ms: 0,
             mediators: vec![Mediator::new(Journal::of(1), 0)],
             network: Vec::new(),
-            cut: None,
+            cuts: Vec::new(),
             past: Vec::new(),
             replays_until_ms: 0,
             now_ms: BEGINS_MS,
@@ -254,14 +254,10 @@ impl Fleet {
             }
             self.start_whoever_is_due(random);
             for robot in &mut self.robots {
-                robot.is_hindered = faults.cuts;
+                robot.is_hindered = faults.cuts > 0;
                 robot.is_slow = faults.slow;
             }
-            if faults.cuts {
-                self.cut_somebody_off(random);
-            } else {
-                self.cut = None;
-            }
+            self.cut_somebody_off(faults.cuts, random);
             if faults.operator {
                 self.operate(random);
             }
@@ -399,25 +395,28 @@ impl Fleet {
         }
     }
 
-    fn cut_somebody_off(&mut self, random: &mut Random) {
-        self.cut.take_if(|(.., until_ms)| self.now_ms >= *until_ms);
-        if self.cut.is_none() && random.below(50) == 0 {
+    fn cut_somebody_off(&mut self, most: usize, random: &mut Random) {
+        let now_ms = self.now_ms;
+        self.cuts.retain(|(.., until_ms)| now_ms < *until_ms);
+        self.cuts.truncate(most);
+        if self.cuts.len() < most && random.below(50) == 0 {
             let robot = random.below(self.robots.len() as u64) as usize;
             // Where there is only one, mostly of that.
             let mediator = { random.chance(50) }.then(|| random.below(self.mediators.len() as u64));
             let mediator = mediator.map(|number| number as usize);
-            self.cut = Some((robot, mediator, self.now_ms + 5_000 + random.below(7_000)));
+            self.cuts
+                .push((robot, mediator, now_ms + 5_000 + random.below(7_000)));
             self.tally.cuts += 1;
             self.end_seconds_that_were_not_found(robot);
         }
-        if let Some((robot, ..)) = self.cut {
-            self.robots[robot].lost_ms = self.now_ms;
+        for (robot, ..) in &self.cuts {
+            self.robots[*robot].lost_ms = now_ms;
         }
     }
 
     /// The robot's own process is out of reach.
     pub(super) fn is_cut(&self, robot: usize) -> bool {
-        self.cut.is_some_and(|(cut, ..)| cut == robot)
+        self.cuts.iter().any(|(cut, ..)| *cut == robot)
     }
 
     fn is_cut_off(&self, message: &Message) -> bool {
@@ -430,8 +429,8 @@ impl Fleet {
         if seconds.any(|own| own.boot_epoch == boot_epoch) {
             return false;
         }
-        self.cut.is_some_and(|(robot, mediator, _)| {
-            self.robots[robot].id == *id && mediator.is_none_or(|own| own == *number)
+        self.cuts.iter().any(|(robot, mediator, _)| {
+            self.robots[*robot].id == *id && mediator.is_none_or(|own| own == *number)
         })
     }
 

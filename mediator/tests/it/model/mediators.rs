@@ -1,7 +1,9 @@
 //! One mediator, or two at once: their journals, their stops at any point of a step, and what they tell people.
 
 use super::fleet::{BEGINS_MS, Broken, Faults, Fleet, Message, Point, STEP_MS};
+use super::floor::Floor;
 use super::journal::{Journal, Left};
+use super::robot::Robot;
 use super::second::Second;
 use crate::random::Random;
 use contract::wire::RobotReport;
@@ -14,7 +16,7 @@ pub struct Mediator {
     pub journal: Journal,
     /// When it starts again.
     pub restart_ms: u64,
-    /// Robots that the site lists and nobody has. Its operator has yet to say so.
+    /// Robots that the site lists and nobody has. Its operator has yet to say so, again after each time that all are asked.
     unsaid: Vec<String>,
 }
 
@@ -27,6 +29,13 @@ impl Mediator {
             unsaid: Vec::new(),
         }
     }
+}
+
+/// Robots that the site lists and nobody has.
+fn not_there(floor: &Floor, robots: &[Robot]) -> Vec<String> {
+    let nobody_has = |id: &String| !robots.iter().any(|robot| robot.id == *id);
+    let listed = floor.setup.robots.iter().map(|own| own.id.clone());
+    listed.filter(nobody_has).collect()
 }
 
 impl Fleet {
@@ -69,9 +78,7 @@ impl Fleet {
         let manager = Manager::with_plans(&self.floor.setup, plans, stored, start_ns);
         let instance = now_ms * 2 + number as u64 + 1;
         let mut manager = manager.expect("its own journal").speaks_as(instance);
-        let nobody_has = |id: &String| !self.robots.iter().any(|robot| robot.id == *id);
-        let listed = { self.floor.setup.robots.iter() }.map(|own| own.id.clone());
-        mediator.unsaid = listed.filter(nobody_has).collect();
+        mediator.unsaid = not_there(&self.floor, &self.robots);
         if !waits {
             let refused = |id: &String| manager.absent(id, true, now_ns).is_err();
             mediator.unsaid.retain(refused);
@@ -159,6 +166,11 @@ impl Fleet {
             if self.is_recovered {
                 self.open_all();
             }
+        }
+        let asks =
+            |alarm: &Alarm| matches!(alarm, Alarm::OlderJournal { .. } | Alarm::GoesOn { .. });
+        if alarms.iter().any(asks) {
+            self.mediators[number].unsaid = not_there(&self.floor, &self.robots);
         }
         alarms.into_iter().for_each(|alarm| self.tell_people(alarm));
         for entry in &entries {

@@ -106,7 +106,7 @@ const RARE: Faults = Faults {
 /// What an operator sees empty is cleared; some are out of reach meanwhile. Whoever starts again waits anew, so crashes must leave
 /// time. A report that comes after all from before an area was cleared is believed, and blocks it.
 const CLEARED: Faults = Faults {
-    cuts: true,
+    cuts: 1,
     operator: true,
     replays: false,
     every: 2_000,
@@ -127,7 +127,7 @@ const POSES: Faults = Faults {
 
 /// Two mediators with a journal each.
 const SPARE: Faults = Faults {
-    cuts: true,
+    cuts: 1,
     spare: true,
     every: 500,
     ..RARE
@@ -139,8 +139,12 @@ const BOTH: Faults = Faults {
     ..SPARE
 };
 
+/// Two mediators that each reach others of the robots.
+const SPLIT: Faults = Faults { cuts: 4, ..BOTH };
+
 /// All of these at once.
 const TOGETHER: Faults = Faults {
+    cuts: 3,
     journal: true,
     poses: true,
     spare: true,
@@ -152,7 +156,7 @@ const TOGETHER: Faults = Faults {
 const SECONDS: Faults = Faults {
     seconds: true,
     crashes: true,
-    cuts: true,
+    cuts: 1,
     operator: true,
     every: 1_000,
     stops_at: 400,
@@ -308,7 +312,7 @@ fn journals_that_are_gone_or_older_do_no_harm() {
 #[test]
 fn operators_may_order_anything_at_any_moment() {
     let faults = Faults {
-        cuts: true,
+        cuts: 1,
         operator: true,
         ..RARE
     };
@@ -324,7 +328,7 @@ fn operators_may_order_anything_at_any_moment() {
 /// And so where journals are lost, poses are wrong, two mediators come and go, or all of this.
 #[test]
 fn operators_may_order_anything_whatever_else_goes_wrong() {
-    for faults in [JOURNALS, POSES, SPARE, BOTH, TOGETHER].map(Faults::and_orders) {
+    for faults in [JOURNALS, POSES, SPARE, BOTH, SPLIT, TOGETHER].map(Faults::and_orders) {
         on_every_floor(60, faults, |runs, tally| {
             tally.cuts > runs
                 && tally.cleared > runs / 16
@@ -496,7 +500,7 @@ fn what_is_broken_is_noticed() {
         ..crashes
     };
     let cuts = Faults {
-        cuts: true,
+        cuts: 1,
         operator: true,
         ..Faults::NONE
     };
@@ -520,10 +524,7 @@ fn what_is_broken_is_noticed() {
         operator: false,
         ..SECONDS
     };
-    let hindered = Faults {
-        cuts: true,
-        ..seconds
-    };
+    let hindered = Faults { cuts: 1, ..seconds };
     let poses = Faults {
         poses: true,
         ..Faults::NONE

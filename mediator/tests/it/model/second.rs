@@ -193,7 +193,7 @@ impl Fleet {
             };
             let another_speaks = !self.is_unheard(number) && self.mediators.iter().all(is_heard);
             if is_refused || another_speaks {
-                let for_ms = if faults.crashes || faults.cuts {
+                let for_ms = if faults.crashes || faults.cuts > 0 {
                     LONGER_MS
                 } else {
                     FOR_MS
