@@ -5,7 +5,7 @@ use std::time::Duration;
 
 use contract::wire::Load;
 use serde_json::Value as Json;
-use sim::world::RobotModel;
+use sim::world::{Pose, RobotModel};
 
 use crate::bad_days::bench::{Bench, ROBOT, onboard, said};
 use crate::late::once_more_if_late;
@@ -28,7 +28,7 @@ fn pause_resume_stop_and_reset_do_what_they_say() {
         let state = bench.published();
         assert_eq!((state.mode.as_str(), state.load), ("paused", Some(load)));
         let battery = state.battery.expect("the drive answers");
-        let supply_v = RobotModel::default().bus_voltage_v;
+        let supply_v = RobotModel::new(ROBOT, Pose::default()).bus_voltage_v;
         assert!((battery.voltage_v - supply_v).abs() < 0.1, "{battery:?}");
         bench.ask("unload");
         bench.ask("resume");
