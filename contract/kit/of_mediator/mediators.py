@@ -13,8 +13,8 @@ from . import SUITE
 GONE = ("Then it takes a larger `mediator_epoch`, larger than the robot's too if that has a registration or knows this `journal`, so that "
         "the robot follows it; waits for all robots again, also for those that were absent; and sends each no levels until it has reported "
         "under that epoch.")
-LEASE = ("Nor does it acknowledge any report by `robot_sequence` before that, or while it stands by, so that nobody gets another lease "
-         "(below)")
+LEASE = ("Nor does it acknowledge by `robot_sequence`, before that or while it stands by, any report of a robot that has an area in which it "
+         "does not stand, so that it gets no lease (below)")
 LIE = "A smaller lie in its name is believed, and its reports give it away: the mediator then takes a larger number."
 STANDS_BY = ("while robots follow another one that it gives way to, it stands by (`stands_by`), grants and orders nothing, and registers "
              "nobody. The one with more robots goes on")
@@ -111,7 +111,8 @@ def stands_by(fleet: Fleet) -> None:
     """While two of three robots follow and hear another mediator this one grants nothing, gives no lease, and says so; then it goes on."""
     fleet.believed()
     loyal, *others = fleet.robots
-    area, = fleet.areas(1)
+    had, area = fleet.areas(2)
+    fleet.obtain(loyal, had)
     instance, journal, epoch = fleet.another_boot(), fleet.another_boot(), loyal.mediator_epoch + 10
     for robot in others:
         follow_other(fleet, robot, epoch)

@@ -18,7 +18,7 @@ REFUSALS = ("The mediator answers with its own `mediator_epoch`, which grows at 
             "which grows with every boot of that robot, and is none that an earlier epoch may have given out; or with a `refusal`: unknown identity, "
             "other site, other floor, other version.")
 ECHO = ("Every `MediatorReport` echoes in `robot_sequence` the `sequence` of the newest report that counted: of this boot, session and "
-        "epoch; or 0, while the mediator gives no lease.")
+        "epoch; or 0, while the mediator gives it no lease.")
 
 
 def silenced(fleet: Fleet, index: int = 0) -> str:

@@ -92,7 +92,7 @@ impl View<'_> {
             instance: self.peers.instance,
             journal: self.peers.journal,
             stands_by: self.peers.stands_by,
-            robot_sequence: if own.is_of(boot_epoch) && self.gives_leases() {
+            robot_sequence: if own.is_of(boot_epoch) && self.may_have_lease(robot) {
                 own.counted
             } else {
                 0

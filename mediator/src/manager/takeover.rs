@@ -8,8 +8,8 @@
 //! this mediator has stood by. Then no robot is *accounted for* until it has followed this mediator and said what it has, which
 //! counts whatever was known of it here. From then on this mediator has a larger epoch: larger than that of the mediator that is
 //! gone, since robots follow another one only then, and larger than its own before. So whoever repeats it has taken in all that
-//! was on its way to it. Nobody has a lease from this mediator while any robot is awaited, or while it stands by: another one may only be
-//! out of reach, and take what it has granted from a robot that it does not hear.
+//! was on its way to it. Nobody gets a lease for what it has from this mediator while any robot is awaited, or while it stands by: another
+//! one may only be out of reach, and take what it has granted from a robot that it does not hear.
 //!
 //! A grant that was not entered is a lease: a robot enters nothing more once it has not been heard for
 //! [`ENTERS_NO_MORE_NS`]. Before that nobody takes such a grant from it: no operator, and no new process of it.

@@ -60,20 +60,22 @@ impl View<'_> {
         Ok(lines.join("\n"))
     }
 
-    /// Whether robots may enter what they have: only where no other mediator may take it from one of them. That leads none which
-    /// have followed this one since it started, or asked all anew.
-    pub(crate) fn gives_leases(&self) -> bool {
-        !self.peers.stands_by && self.sessions.awaited().is_empty()
+    /// Whether the robot may enter what it has: not where another mediator may take it from it. None does so to robots of which all
+    /// have followed this one since it started, or asked all anew. One that has nothing to enter is told that it is heard.
+    pub(crate) fn may_have_lease(&self, robot: usize) -> bool {
+        let occupant = self.areas.robot(robot);
+        let mut areas = occupant.claims.iter().map(|(area, _)| area);
+        let leads_all = !self.peers.stands_by && self.sessions.awaited().is_empty();
+        leads_all || areas.all(|area| !occupant.holds(area) || occupant.stands_in(area))
     }
 
     /// In a sentence, why a robot that is heard does not enter what it has.
     fn explain_lease(&self, robot: usize) -> Option<String> {
-        let occupant = self.areas.robot(robot);
-        let mut areas = occupant.claims.iter().map(|(area, _)| area);
-        let is_outside = areas.any(|area| occupant.holds(area) && !occupant.stands_in(area));
-        let why = match self.gives_leases() || !is_outside {
-            true => return None,
-            false if self.peers.stands_by => STANDS_BY.to_owned(),
+        if self.may_have_lease(robot) {
+            return None;
+        }
+        let why = match self.peers.stands_by {
+            true => STANDS_BY.to_owned(),
             false => self.explain_awaited(),
         };
         let id = self.names.robot_id(robot);
