@@ -60,8 +60,9 @@ impl View<'_> {
         Ok(lines.join("\n"))
     }
 
-    /// Whether the robot may enter what it has: not where another mediator may take it from it. None does so to robots of which all
-    /// have followed this one since it started, or asked all anew. One that has nothing to enter is told that it is heard.
+    /// Whether the robot may enter what it has: not while another mediator may take that from it, as none can once all robots have
+    /// followed this one since it started, or asked all anew. One that has nothing to enter is told all the same that it is heard: else
+    /// it takes this mediator for deaf.
     pub(crate) fn may_have_lease(&self, robot: usize) -> bool {
         let occupant = self.areas.robot(robot);
         let mut areas = occupant.claims.iter().map(|(area, _)| area);
