@@ -7,7 +7,7 @@ import time
 from .. import page
 from ..checks import Failed
 from ..fleet import STARTS_S, Fleet, found, holds
-from ..played_robot import PlayedRobot
+from ..played_robot import Heard, PlayedRobot
 from . import SUITE
 
 GONE = ("Then it takes a larger `mediator_epoch`, larger than the robot's too if that has a registration or knows this `journal`, so that "
@@ -26,6 +26,17 @@ def follow_other(fleet: Fleet, robot: PlayedRobot, epoch: int) -> None:
     with robot.lock:
         robot.speaks = robot.follows = False
         robot.instance, robot.journal, robot.mediator_epoch, robot.echo = fleet.another_boot(), fleet.another_boot(), epoch, 1
+
+
+def is_told_a_larger_epoch(fleet: Fleet) -> tuple[int, Heard]:
+    """The first robot has followed another mediator, which is gone, and the last one is silent: that epoch, and what the first one is told."""
+    first = fleet.robots[0]
+    epoch = first.mediator_epoch + 50
+    follow_other(fleet, first, epoch)
+    fleet.robots[-1].speaks = False
+    first.messages.clear()
+    first.send()
+    return epoch, fleet.expect(first, fleet.soon_s, lambda heard: heard.message.mediator_epoch > epoch, f"an epoch above {epoch}")
 
 
 @SUITE.check("lied-epoch", LIE)
@@ -49,12 +60,7 @@ def other_mediator_gone(fleet: Fleet) -> None:
     fleet.believed()
     first, last = fleet.robots[0], fleet.robots[-1]
     area, = fleet.areas(1)
-    epoch = first.mediator_epoch + 50
-    follow_other(fleet, first, epoch)
-    last.speaks = False
-    first.messages.clear()
-    first.send()
-    heard = fleet.expect(first, fleet.soon_s, lambda heard: heard.message.mediator_epoch > epoch, f"an epoch above {epoch}")
+    _, heard = is_told_a_larger_epoch(fleet)
     if len(heard.message.access) > 0:
         raise Failed("no levels before the robot has reported under the new epoch", found(first))
     first.speaks = first.follows = True
@@ -80,15 +86,10 @@ def enters_when_all_have_reported(fleet: Fleet, area: str, epoch: int) -> None:
 def no_lease_before_all(fleet: Fleet) -> None:
     """A grant that a robot has from another mediator is no lease here until all robots have reported."""
     fleet.believed()
-    first, last = fleet.robots[0], fleet.robots[-1]
+    first = fleet.robots[0]
     area, = fleet.areas(1)
     fleet.obtain(first, area)
-    epoch = first.mediator_epoch + 50
-    follow_other(fleet, first, epoch)
-    last.speaks = False
-    first.messages.clear()
-    first.send()
-    fleet.expect(first, fleet.soon_s, lambda heard: heard.message.mediator_epoch > epoch, f"an epoch above {epoch}")
+    epoch, _ = is_told_a_larger_epoch(fleet)
     first.speaks = first.follows = True
     enters_when_all_have_reported(fleet, area, epoch)
 

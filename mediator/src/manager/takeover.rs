@@ -278,12 +278,14 @@ impl Manager {
         }
         self.areas.withdraw(robot, &mut self.effects);
         self.effects.tell(robot);
-        if self.sessions.give_up(robot) {
-            self.nobody_is_awaited();
-        }
+        let was_last = self.sessions.give_up(robot);
         self.coordinations.look_again_at(robot);
         self.store_robot(robot);
-        self.areas.touch_all();
+        if was_last {
+            self.nobody_is_awaited();
+        } else {
+            self.areas.touch_all();
+        }
         self.go_on(now_ns);
         Ok(areas.iter().map(|&area| self.names.area_id(area)).collect())
     }

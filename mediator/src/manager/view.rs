@@ -10,8 +10,6 @@ use super::peers::Peers;
 use super::sessions::Sessions;
 use crate::nets::Kind;
 
-const STANDS_BY: &str = "this mediator stands by, since robots follow another one";
-
 /// All parts of the manager, to look at.
 pub(crate) struct View<'a> {
     pub(crate) names: &'a Names,
@@ -64,23 +62,24 @@ impl View<'_> {
     /// followed this one since it started, or asked all anew. One that has nothing to enter is told all the same that it is heard: else
     /// it takes this mediator for deaf.
     pub(crate) fn may_have_lease(&self, robot: usize) -> bool {
-        let occupant = self.areas.robot(robot);
-        let mut areas = occupant.claims.iter().map(|(area, _)| area);
         let leads_all = !self.peers.stands_by && self.sessions.awaited().is_empty();
-        leads_all || areas.all(|area| !occupant.holds(area) || occupant.stands_in(area))
+        leads_all || !self.areas.may_enter(robot)
     }
 
     /// In a sentence, why a robot that is heard does not enter what it has.
     fn explain_lease(&self, robot: usize) -> Option<String> {
-        if self.may_have_lease(robot) {
-            return None;
-        }
-        let why = match self.peers.stands_by {
-            true => STANDS_BY.to_owned(),
-            false => self.explain_awaited(),
-        };
+        let why = self.explain_rest()?;
         let id = self.names.robot_id(robot);
-        Some(format!("{id} enters nothing that it has: {why}"))
+        { self.areas.may_enter(robot) }.then(|| format!("{id} enters nothing that it has: {why}"))
+    }
+
+    /// In a sentence, why nothing is granted to anybody.
+    fn explain_rest(&self) -> Option<String> {
+        if self.peers.stands_by {
+            let stands_by = "this mediator stands by, since robots follow another one";
+            return Some(stands_by.to_owned());
+        }
+        (!self.sessions.awaited().is_empty()).then(|| self.explain_awaited())
     }
 
     /// In a sentence, why nothing is granted after a start.
@@ -114,11 +113,8 @@ impl View<'_> {
             .map_or(self.now_ns, |claim| claim.asked_ns);
         let since_s = self.now_ns.saturating_sub(asked_ns) as f64 * 1e-9;
         let text = format!("for {since_s:.1} s: ");
-        if self.peers.stands_by {
-            return text + STANDS_BY;
-        }
-        if !self.sessions.awaited().is_empty() {
-            return text + &self.explain_awaited();
+        if let Some(why) = self.explain_rest() {
+            return text + &why;
         }
         if !self.sessions.is_heard(robot) {
             return text + "the robot itself is silent";
