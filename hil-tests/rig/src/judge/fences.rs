@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 
 use crate::network::observations::Owning;
-use crate::scenario::{Scenario, ScriptedKind};
+use crate::scenario::Scenario;
 
 /// Messages of two senders may be heard in the wrong order, and a lost one is repeated after 0.2 s.
 const ORDER_NS: u64 = 300_000_000;
@@ -11,14 +11,11 @@ const ORDER_NS: u64 = 300_000_000;
 /// Grants whose fence should be larger, as robot, time, and a sentence.
 ///
 /// Each journal counts fences of its own. Of one area and journal no two robots get the same, and a grant that was asked for
-/// after another one was heard has a larger one than that. Those under way at the same time may be heard in any order. Nothing
-/// is asked of a mediator that was given an older copy of its journal, or has one beside it: what fences were drawn since then, nobody can
-/// tell it.
+/// after another one was heard has a larger one than that. Those under way at the same time may be heard in any order. Where an older copy
+/// of a journal is in use nothing is asked.
 #[must_use]
 pub fn fences_not_grown(scenario: &Scenario, ownings: &[Owning]) -> Vec<(String, u64, String)> {
-    let mut faults = scenario.faults.iter();
-    let older = [ScriptedKind::RestoreJournal, ScriptedKind::CopiedMediator];
-    if faults.any(|fault| older.contains(&fault.what)) {
+    if scenario.uses_older_journal() {
         return Vec::new();
     }
     let mut by_area: BTreeMap<_, Vec<&Owning>> = BTreeMap::new();

@@ -220,7 +220,7 @@ fn two_nets_that_command_one_robot_are_found() {
         command(&mut observations, "amr-1", 1, 1, 1000);
         command(&mut observations, "amr-2", 1, 1, 1000);
         more(&mut observations);
-        let found = two_nets(observations.controlled()).into_iter();
+        let found = two_nets(&scenario, observations.controlled()).into_iter();
         found
             .map(|(robot, at_ns, _)| (robot, at_ns / MS))
             .collect::<Vec<_>>()

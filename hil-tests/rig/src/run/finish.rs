@@ -65,7 +65,7 @@ impl<E: Execution> Run<E> {
             let ownings = observations.ownings();
             let owners = two_owners(&scenario.site, ownings, now_ns);
             let fences = fences_not_grown(scenario, ownings);
-            let nets = two_nets(observations.controlled());
+            let nets = two_nets(scenario, observations.controlled());
             for (kind, found) in [
                 (ViolationKind::TwoOwners, owners),
                 (ViolationKind::FenceNotGrown, fences),

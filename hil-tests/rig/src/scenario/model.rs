@@ -143,6 +143,14 @@ impl Scenario {
             .filter_map(|(number, fault)| Some((number, self.player(fault.robot.as_deref()?)?)))
     }
 
+    /// Whether a mediator is given an older copy of its journal, or has one beside it: what was granted and ordered since then, nobody can
+    /// tell it.
+    #[must_use]
+    pub fn uses_older_journal(&self) -> bool {
+        let older = [ScriptedKind::RestoreJournal, ScriptedKind::CopiedMediator];
+        (self.faults.iter()).any(|fault| older.contains(&fault.what))
+    }
+
     /// The same scenario in which no robot drives more rounds than this; drawn faults then begin earlier, by as much.
     #[must_use]
     pub fn with_at_most(mut self, rounds: u32) -> Self {

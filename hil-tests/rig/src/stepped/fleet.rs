@@ -127,7 +127,6 @@ impl<'a> Stepped<'a> {
                     devices,
                     starts_ns: START_NS + delay_ns,
                     robot: None,
-                    has_run: false,
                     gone: false,
                     ahead_ns: drawn_ahead_ns(&mut clocks),
                     checkpoints: Checkpoints::default(),
@@ -230,7 +229,7 @@ impl<'a> Stepped<'a> {
         robot.be_late(self.faults.lateness(number));
         robot.hang(&self.faults.hung_threads(number));
         robot.clock().drift(self.faults.drift(Some(number)));
-        (member.robot, member.has_run) = (Some(robot), true);
+        member.robot = Some(robot);
         if self.faults.lasts(ScriptedKind::Reload, Some(number)) {
             member.reloading.want();
         }

@@ -18,8 +18,6 @@ pub(super) struct Member {
     pub(super) starts_ns: u64,
     /// None before it starts, and while it is killed.
     pub(super) robot: Option<SteppedRobot>,
-    /// It was started once.
-    pub(super) has_run: bool,
     /// It was carried away for good.
     pub(super) gone: bool,
     /// How far its computer's clock was ahead when its process was killed.

@@ -96,11 +96,11 @@ impl Stepped<'_> {
             ScriptedKind::KillRobot,
             ScriptedKind::RebootRobot,
             ScriptedKind::Sleep,
+            ScriptedKind::Panic,
+            ScriptedKind::EndRobot,
         ];
-        let killed = off.into_iter().any(lasts);
-        // What did not run yet has not ended.
-        let ended = lasts(ScriptedKind::Panic) || lasts(ScriptedKind::EndRobot);
-        let kept = killed || member.has_run && ended || member.gone;
+        // Nor does a fault let one start that has not run yet.
+        let kept = off.into_iter().any(lasts) || member.gone;
         member.robot.is_none() && !kept && now_ns >= member.starts_ns
     }
 

@@ -339,3 +339,19 @@ fn who_does_not_know_and_who_is_sent_on_are_not_held_to_where_they_are() {
     let lost = of_mediator(35.631, 0.473, ScriptedKind::LoseJournal);
     passes("overtaking", 2127, &[lost]);
 }
+
+/// Its process starts when the fault is over.
+#[test]
+fn a_robot_that_is_to_end_before_it_has_begun_does_not_begin() {
+    for what in [ScriptedKind::Panic, ScriptedKind::EndRobot] {
+        passes("overtaking", 134, &[fault(0.628, 18.848, what, "amr-1")]);
+    }
+}
+
+/// The mediator that stood by knows only what was going on when its journal was copied.
+#[test]
+fn a_mediator_that_goes_on_after_its_copy_may_have_older_orders() {
+    let frozen = fault(21.492, 2.209, ScriptedKind::FreezeSensors, "amr-1");
+    let copied = of_mediator(56.316, 84.598, ScriptedKind::CopiedMediator);
+    passes("overtaking", 171, &[frozen, copied]);
+}
