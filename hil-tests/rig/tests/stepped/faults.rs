@@ -77,18 +77,17 @@ fn a_link_that_carries_one_way_is_no_link() {
 
 #[test]
 fn the_fleet_bears_what_goes_wrong_with_messages_and_processes() {
-    goes_on(|kind| kind.needs_mediator() || PROCESSES.contains(&kind));
+    goes_on(&overtaking(), |kind| {
+        kind.needs_mediator() || PROCESSES.contains(&kind)
+    });
 }
 
+/// What goes wrong with devices, wheels and people: whole fleets meet it in campaigns.
 #[test]
-fn the_fleet_bears_what_goes_wrong_with_devices() {
-    goes_on(|kind| DEVICES.contains(&kind));
-}
-
-#[test]
-fn the_fleet_bears_everything_else() {
-    let named = |kind| PROCESSES.contains(&kind) || DEVICES.contains(&kind);
-    goes_on(|kind| !kind.needs_mediator() && !named(kind));
+fn a_robot_bears_everything_else() {
+    goes_on(&crate::scenario("lap").with_at_most(1), |kind| {
+        !kind.needs_mediator() && !PROCESSES.contains(&kind)
+    });
 }
 
 const PROCESSES: [ScriptedKind; 9] = [
@@ -102,21 +101,6 @@ const PROCESSES: [ScriptedKind; 9] = [
     ScriptedKind::LateThreads,
     ScriptedKind::Drift,
 ];
-const DEVICES: [ScriptedKind; 13] = [
-    ScriptedKind::FreezeLidar,
-    ScriptedKind::LoseFrames,
-    ScriptedKind::RefuseFrames,
-    ScriptedKind::LoseInterface,
-    ScriptedKind::FreezeScans,
-    ScriptedKind::LeaveOp,
-    ScriptedKind::CutPower,
-    ScriptedKind::CutMotors,
-    ScriptedKind::BreakScans,
-    ScriptedKind::DelayScans,
-    ScriptedKind::AgeScans,
-    ScriptedKind::CoverLidar,
-    ScriptedKind::Unplug,
-];
 
 /// These change nothing of this run: nothing is there to be reset, who says where the robot is
 /// says the truth, and motors with power hold it on any slope and with any load.
@@ -127,12 +111,12 @@ const UNNOTICED: [ScriptedKind; 4] = [
     ScriptedKind::Load,
 ];
 
-/// Each of these kinds alone, while the slow robot is on its way into the lay-by: the fleet comes through, and not as without it.
-fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
-    let without = json(&ended(&overtaking(), 3));
+/// Each of these kinds alone, while the first robot is on its way, in a fleet into the lay-by: all come through, and not as without it.
+fn goes_on(scenario: &Scenario, concerns: impl Fn(ScriptedKind) -> bool) {
+    let without = json(&ended(scenario, 3));
     let kinds = ScriptedKind::DRAWN.into_iter().chain(ScriptedKind::BORNE);
     for what in kinds.filter(|kind| concerns(*kind)) {
-        let mut scenario = overtaking();
+        let mut scenario = scenario.clone();
         scenario.faults = vec![fault(what)];
         let summary = ended(&scenario, 3);
         assert!(summary.passed(), "{what:?}: {summary:?}");
@@ -173,9 +157,9 @@ fn goes_on(concerns: impl Fn(ScriptedKind) -> bool) {
         let lost_frames = summary.robots[0].ethercat.lost_frames;
         let loses = [ScriptedKind::LoseFrames, ScriptedKind::RefuseFrames].contains(&what);
         assert_eq!(lost_frames > 100, loses, "{what:?}: {lost_frames}");
-        let starts = summary.mediator.expect("a mediator").starts;
         let kills = [ScriptedKind::KillMediator, ScriptedKind::RebootMediator];
         let killed = u32::from(kills.contains(&what));
+        let starts = summary.mediator.map_or(1, |own| own.starts);
         assert_eq!(starts, 1 + killed, "{what:?}");
     }
 }
