@@ -98,10 +98,11 @@ class Follower:
 
     def is_plausible(self, message: Any, now: float) -> bool:
         """Not what no mediator says."""
-        takes_over = self.hears(now) and message.journal != 0 and message.journal == self.journal
+        takes_over = self.hears(now) and message.journal == self.journal
         followed = self.instance != 0 and message.instance == self.instance or takes_over
         most = min(LAST_NUMBER, self.epoch + EPOCH_STEP) if followed else LAST_NUMBER
-        plausible = message.mediator_epoch <= most and message.sequence <= LAST_NUMBER
+        named = message.instance != 0 and message.journal != 0
+        plausible = named and message.mediator_epoch <= most and message.sequence <= LAST_NUMBER
         self.wrong += not plausible
         return plausible
 
@@ -110,7 +111,7 @@ class Follower:
         silent = now > self.heard_at + page.SILENT_S
         if message.stands_by:
             return False
-        same_journal = message.journal != 0 and message.journal == self.journal
+        same_journal = message.journal == self.journal
         if self.session == 0:
             # Not a late message of one that has ended, which leaves out what this robot has told it and has forgotten since.
             ended = same_journal and message.mediator_epoch < self.epoch

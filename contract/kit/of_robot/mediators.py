@@ -20,8 +20,8 @@ BEFORE = ("But where a level that comes with that `session` cannot follow its ow
 KEEPS = "It keeps all levels, and takes over the `session`."
 REFUSES = ("Nor does one with another `journal` that refuses it: what it has been registered for it keeps until another mediator offers a "
            "`session`.")
-NONSENSE = ("Ignore, and count, what no mediator says: an epoch or `sequence` above 2^62, or from the instance that is followed, and while it is "
-            "heard from another one with its `journal`, an epoch more than 2^20 above the last.")
+NONSENSE = ("Ignore, and count, what no mediator says: an `instance` or `journal` of 0, an epoch or `sequence` above 2^62, or from the instance "
+            "that is followed, and while it is heard from another one with its `journal`, an epoch more than 2^20 above the last.")
 NEWEST = "Within one epoch of the sender, the message with the largest `sequence` is the newest; ignore older ones."
 
 
@@ -167,9 +167,11 @@ def restart_followed(hall: Hall) -> None:
 
 @SUITE.check("nonsense-numbers", NONSENSE)
 def nonsense_numbers(hall: Hall) -> None:
-    """Epochs and sequences above 2^62, and a jump of the epoch by more than 2^20, are ignored."""
+    """Epochs and sequences above 2^62, a jump of the epoch by more than 2^20, and a mediator without a number of its own are ignored."""
+    nameless = {"mediator_epoch": hall.epoch + 1, "sequence": 1}
     too_late = {"mediator_epoch": hall.epoch + 2**20 + 1}
-    for changed in ({"mediator_epoch": 2**62 + 1}, {"sequence": 2**62 + 1}, too_late, {"instance": hall.instance ^ 2, **too_late}):
+    for changed in ({"mediator_epoch": 2**62 + 1}, {"sequence": 2**62 + 1}, too_late, {"instance": hall.instance ^ 2, **too_late},
+                    {"instance": 0, **nameless}, {"journal": 0, **nameless}):
         with hall.lock:
             hall.put(hall.message(session=hall.session + 9, **changed))
         hall.never(3 * page.LEVEL_S, lambda said: said.report.session != hall.session or said.report.mediator_sequence > 2**61,

@@ -70,9 +70,9 @@ pub(super) struct Session {
     acknowledged: u64,
     /// Reports from that one on were for who is followed now, of a robot that knew where it was.
     counts_from: u64,
-    /// The mediator's process that the robot follows; 0 for none, and for one that does not say.
+    /// The mediator's process that the robot follows; 0 for none.
     instance: u64,
-    /// Its journal; 0 for one that does not say.
+    /// Its journal; 0 for none.
     journal: u64,
     /// It grants nothing, since others follow another one.
     stands_by: bool,
@@ -139,6 +139,9 @@ impl Session {
         {
             return Received::Stale;
         }
+        if VERSION.accept(Version::from(message.version)).is_err() {
+            return Received::Version;
+        }
         let follows = self.instance != 0 && !other;
         let takes_over = self.hears && self.is_its_journal(message.journal);
         let most = if follows || takes_over {
@@ -146,11 +149,11 @@ impl Session {
         } else {
             LAST_NUMBER
         };
-        if message.mediator_epoch > most.min(LAST_NUMBER) || message.sequence > LAST_NUMBER {
+        let nameless = message.instance == 0 || message.journal == 0;
+        let beyond =
+            message.mediator_epoch > most.min(LAST_NUMBER) || message.sequence > LAST_NUMBER;
+        if nameless || beyond {
             return Received::Nonsense;
-        }
-        if VERSION.accept(Version::from(message.version)).is_err() {
-            return Received::Version;
         }
         if message.stands_by && message.session == 0 {
             // Not to be followed, so its epoch means nothing.
@@ -264,7 +267,7 @@ impl Session {
 
     /// That of the mediator that it follows, or has followed last.
     fn is_its_journal(&self, journal: u64) -> bool {
-        journal != 0 && journal == self.journal
+        journal == self.journal
     }
 
     fn note_other(&mut self, now_ns: u64) {

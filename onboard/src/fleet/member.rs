@@ -99,8 +99,8 @@ impl Member {
                 // Once: there may be any number of them.
                 if self.client.counters().nonsense == 1 {
                     self.complain(format!(
-                        "a message in the mediator's name has epoch {}, which no mediator has reached: somebody else sends under its key; ignored and counted",
-                        message.mediator_epoch
+                        "a message in the mediator's name has instance {:x}, journal {:x} and epoch {}, which no mediator has: somebody else sends under its key; ignored and counted",
+                        message.instance, message.journal, message.mediator_epoch
                     ));
                 }
                 return;
@@ -322,8 +322,10 @@ impl Member {
         // One that does not hear the robot is of no more use to it. A mediator that was followed anew has yet to hear it.
         let deaf = { self.unheard_since_ns }
             .is_some_and(|since_ns| now_ns > since_ns.saturating_add(silent_after_ns));
+        let at_fault = had_time && !refused;
         Troubles {
-            silent: had_time && !refused && (silent || deaf),
+            silent: at_fault && (silent || deaf),
+            unheard: at_fault && deaf && !silent,
             refused: refused && !restarts,
             doubled: self.client.is_identity_doubled(),
             second_mediator: self.client.has_second_mediator(now_ns),

@@ -23,8 +23,10 @@ pub struct Sense {
 /// What is wrong between robot and mediator, as levels.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Troubles {
-    /// The mediator was not heard for too long.
+    /// The mediator was not heard for too long, or the robot not by it.
     pub silent: bool,
+    /// The mediator is heard, and has not said for too long that it hears the robot.
+    pub unheard: bool,
     /// The mediator refuses this robot.
     pub refused: bool,
     /// Another process reports as this robot, and is refused.

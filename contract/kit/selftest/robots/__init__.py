@@ -37,6 +37,7 @@ WRONG: dict[str, tuple[type[Robot], list[str]]] = {
     "believes-other-names": (registration.BelievesOtherNames, ["other-robot-ignored"]),
     "takes-floor-late": (registration.TakesFloorLate, ["floor-taken"]),
     "believes-nonsense": (mediators.BelievesNonsense, ["nonsense-numbers"]),
+    "follows-nameless": (mediators.FollowsNameless, ["nonsense-numbers"]),
     "counts-only-itself": (mediators.CountsOnlyItself, ["sequence-caught-up"]),
     "follows-anybody": (mediators.FollowsAnybody, ["other-mediator-ignored", "same-epoch-never"]),
     "takes-late-offers": (mediators.TakesLateOffers, ["late-offer-ignored"]),

@@ -15,6 +15,13 @@ class BelievesNonsense(Robot):
         return True
 
 
+class FollowsNameless(Robot):
+    """It follows a mediator without a number."""
+
+    def is_plausible(self, message: Any, now: float) -> bool:
+        return super().is_plausible(message, now) or message.instance == 0
+
+
 class CountsOnlyItself(Robot):
     """Its numbers are its own, whatever the mediator has heard in its name."""
 

@@ -6,6 +6,7 @@ use super::*;
 fn other(instance: u64, mediator_epoch: u64, sequence: u64) -> MediatorReport {
     MediatorReport {
         instance,
+        journal: instance,
         mediator_epoch,
         ..message(sequence)
     }
@@ -110,7 +111,7 @@ fn a_mediator_that_has_restarted_with_its_journal_is_followed_at_once() {
         (of(6, 3), Received::News),
         (of(6, 2), Received::Other),
         (of(9, 3), Received::Other),
-        (of(0, 3), Received::Other),
+        (of(0, 3), Received::Nonsense),
     ] {
         let mut client = owner();
         assert_eq!(client.receive(&message, 1), received, "{message:?}");
@@ -266,6 +267,23 @@ fn a_made_up_epoch_does_not_mute_the_mediator() {
     assert_eq!(client.report().mediator_epoch, 900);
     assert_eq!(client.receive(&other(70, 3, 10), 4), Received::Stale);
     assert_eq!(client.receive(&other(70, 901, 11), 5), Received::News);
+}
+
+/// Whoever follows it would take every other mediator for the same one.
+#[test]
+fn a_mediator_without_a_number_of_its_own_is_none() {
+    let nameless = other(0, 1, 1);
+    let without_journal = MediatorReport {
+        journal: 0,
+        ..other(70, 1, 1)
+    };
+    let mut client = Client::new("amr-1", "corridor", 7);
+    for message in [&nameless, &without_journal] {
+        assert_eq!(client.receive(message, 0), Received::Nonsense);
+        assert!(!client.is_registered());
+    }
+    assert_eq!(client.counters().nonsense, 2);
+    assert_eq!(client.receive(&other(70, 1, 2), 0), Received::Registered);
 }
 
 /// Its mediator would not know that it has forgotten what was left out of messages.

@@ -26,6 +26,8 @@ fn level(run: u32, path: u32, progress: u32) -> Option<Level> {
 fn message(sequence: u64) -> MediatorReport {
     MediatorReport {
         version: Some(VERSION.into()),
+        instance: 60,
+        journal: 60,
         mediator_epoch: 1,
         sequence,
         robot_id: "amr-1".into(),

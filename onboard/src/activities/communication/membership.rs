@@ -18,6 +18,10 @@ use crate::symbols::wiring::CommunicationFleetSymbols;
 /// An older pose does not say where the robot is.
 const POSE_AGE_NS: u64 = SECOND_NS;
 
+/// What a robot says of a mediator that acknowledges none of its reports.
+const UNHEARD: &str = "the mediator is heard, and does not acknowledge what this robot reports: it awaits other robots or stands by \
+    (`mediator why` says so), or the link carries one way only; no further area is entered until it does";
+
 /// What communication needs on a managed site.
 pub struct MembershipSetup {
     /// The robot's side of the mediator.
@@ -44,6 +48,7 @@ struct Inner {
     unsent: Option<Directive>,
     sense: Sense,
     refusals: Complaints,
+    unheard: Complaints,
     sent: u64,
     received: u64,
     unreadable: u64,
@@ -63,6 +68,7 @@ impl Membership {
             unsent: None,
             sense: Sense::default(),
             refusals: Complaints::default(),
+            unheard: Complaints::default(),
             sent: 0,
             received: 0,
             unreadable: 0,
@@ -166,6 +172,11 @@ impl Membership {
                 .say(log, "the mediator refuses this robot", why);
         } else {
             inner.refusals.forget();
+        }
+        if troubles.unheard {
+            inner.unheard.say(log, "no lease", UNHEARD.to_owned());
+        } else {
+            inner.unheard.forget();
         }
         troubles
     }

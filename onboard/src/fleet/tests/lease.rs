@@ -37,6 +37,7 @@ fn a_robot_that_is_not_heard_enters_nothing_more_though_it_hears_its_mediator() 
     deaf_mediator(&mut scene, &near, 1100 * MS);
     let silent = Troubles {
         silent: true,
+        unheard: true,
         ..Troubles::default()
     };
     assert_eq!(scene.member.troubles(scene.now_ns), silent);

@@ -24,14 +24,8 @@ fn nobody_at_all_is_told_too() {
     assert!(member.troubles(1100 * MS).silent);
     member.receive(
         &MediatorReport {
-            version: Some(VERSION.into()),
-            mediator_epoch: 1,
-            sequence: 1,
-            robot_id: "amr-1".into(),
-            boot_epoch: 7,
-            floor_hash: Floor::default().hash(),
             refusal: "site `corridor` is not ours".into(),
-            ..MediatorReport::default()
+            ..said(1)
         },
         1200 * MS,
     );
@@ -44,15 +38,9 @@ fn nobody_at_all_is_told_too() {
 fn people_hear_of_another_process_when_it_is_none_before_a_restart() {
     let mut member = Member::new(setup(), 0);
     let refused = |sequence| MediatorReport {
-        version: Some(VERSION.into()),
-        mediator_epoch: 1,
-        sequence,
-        robot_id: "amr-1".into(),
-        boot_epoch: 7,
-        floor_hash: Floor::default().hash(),
         refusal: "two processes report".into(),
         identity_taken: true,
-        ..MediatorReport::default()
+        ..said(sequence)
     };
     for second in 1..=6 {
         member.receive(&refused(second), second * 1000 * MS);
@@ -77,13 +65,8 @@ fn a_mediator_of_another_version_is_refused_in_words() {
     let mut member = Member::new(setup(), 0);
     let message = MediatorReport {
         version: Some(wire::Version { major: 9, minor: 0 }),
-        mediator_epoch: 1,
-        sequence: 1,
-        robot_id: "amr-1".into(),
-        boot_epoch: 7,
-        floor_hash: Floor::default().hash(),
         session: 1,
-        ..MediatorReport::default()
+        ..said(1)
     };
     member.receive(&message, MS);
     assert!(member.troubles(3 * MS).refused);

@@ -167,19 +167,29 @@ impl Mediator {
                 ..AccessGrant::default()
             });
         MediatorReport {
-            version: Some(VERSION.into()),
             mediator_epoch: self.epoch,
-            sequence: self.sequence,
-            robot_id: "amr-1".into(),
-            boot_epoch: 7,
             session: self.session,
             robot_sequence: self.heard,
-            floor_hash: Floor::default().hash(),
             access: access.collect(),
             control: self.control.clone(),
             take_up: self.take_up.clone(),
-            ..MediatorReport::default()
+            ..said(self.sequence)
         }
+    }
+}
+
+/// A message of the mediator that registers nobody.
+fn said(sequence: u64) -> MediatorReport {
+    MediatorReport {
+        version: Some(VERSION.into()),
+        instance: 60,
+        journal: 60,
+        mediator_epoch: 1,
+        sequence,
+        robot_id: "amr-1".into(),
+        boot_epoch: 7,
+        floor_hash: Floor::default().hash(),
+        ..MediatorReport::default()
     }
 }
 
