@@ -1,6 +1,6 @@
 //! Models, levels and findings go through serde and come back.
 
-#[path = "nets/mod.rs"]
+#[path = "it/nets/mod.rs"]
 mod nets;
 
 use std::sync::Arc;

@@ -455,7 +455,7 @@ const COMMANDS: &[(&str, Run)] = &[
         },
     ),
     (
-        "RUSTC_BOOTSTRAP=1 RUSTFLAGS=-Zsanitizer=thread CARGO_TARGET_DIR=target/tsan cargo test -Zbuild-std --target x86_64-unknown-linux-gnu -p coordination --test t_junction --test protocol",
+        "RUSTC_BOOTSTRAP=1 RUSTFLAGS=-Zsanitizer=thread CARGO_TARGET_DIR=target/tsan cargo test -Zbuild-std --target x86_64-unknown-linux-gnu -p coordination --test it -- t_junction protocol",
         Needs("the sources of Rust's standard library"),
     ),
 ];

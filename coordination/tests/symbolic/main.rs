@@ -1,6 +1,6 @@
 //! Nets looked at as sets of states: the same verdicts as by one state after another, and large nets.
 
-#[path = "../nets/mod.rs"]
+#[path = "../it/nets/mod.rs"]
 mod nets;
 
 mod agreement;

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 #[allow(dead_code, reason = "its main function is for the example")]
-#[path = "../examples/t_junction.rs"]
+#[path = "../../examples/t_junction.rs"]
 mod t_junction;
 
 use t_junction::{Outcome, Settings, run};

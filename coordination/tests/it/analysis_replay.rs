@@ -1,13 +1,11 @@
 //! Random nets: whatever the analysis refuses goes wrong in just the way that it says, when its
 //! steps are repeated by a second, deliberately simple reading of the rules.
 
-mod nets;
-
 use std::collections::{BTreeMap, BTreeSet};
 
+use crate::nets::protocol;
 use coordination::analysis::{Limits, Reason, Step, Use, check};
 use coordination::petri::{Binding, NetModel, PlaceKind};
-use nets::protocol;
 use proptest::prelude::*;
 
 const PLACES: &[&str] = &["a", "b", "c", "d", "e"];

@@ -1,12 +1,10 @@
 //! What is said of a net as such: invariants, liveness, markings.
 
-mod nets;
-
+use crate::nets::gate;
 use coordination::analysis::{
     Limits, Liveness, Marking, Reason, Trace, check, place_invariants, properties,
 };
 use coordination::petri::NetModel;
-use nets::gate;
 
 #[test]
 fn invariants_come_first_and_are_known_of_large_nets() {

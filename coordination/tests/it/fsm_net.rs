@@ -1,7 +1,5 @@
 //! A state machine and the net it converts to do the same.
 
-mod machines;
-
 use coordination::event::{EventId, EventTable};
 use coordination::fsm::{Machine, MachineModel};
 use coordination::petri::{Budget, Executor, PlaceKind};
@@ -110,7 +108,7 @@ proptest! {
             (0u8..6, 0u8..5), (0u8..6, proptest::collection::vec(0u8..7, 0..5)), 1..30),
         inputs in proptest::collection::vec(0u8..8, 0..80),
     ) {
-        let model = machines::drawn(&arcs);
+        let model = crate::machines::drawn(&arcs);
         let mut events = EventTable::new();
         let mut machine = model.compile(&mut events).unwrap();
         let net = machine.to_net().compile(&mut events).unwrap();

@@ -1,7 +1,5 @@
 //! The machine of a small net, and the way there and back.
 
-mod machines;
-
 use std::collections::{HashMap, HashSet, VecDeque};
 
 use coordination::event::{EventId, EventTable};
@@ -301,7 +299,7 @@ proptest! {
         arcs in proptest::collection::hash_map(
             (0u8..6, 0u8..5), (0u8..6, proptest::collection::vec(0u8..7, 0..5)), 1..30),
     ) {
-        let model = machines::drawn(&arcs);
+        let model = crate::machines::drawn(&arcs);
         let machine = model.compile(&mut EventTable::new()).unwrap();
         let net = machine.to_net().compile(&mut EventTable::new()).unwrap();
         let back = MachineModel::of_net(&net, &OfNetLimits::default()).unwrap();

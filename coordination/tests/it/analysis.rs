@@ -1,12 +1,10 @@
 //! Each check of the analysis on a net that is wrong in just that way, with the way there.
 
-mod nets;
-
+use crate::nets::{gate, protocol, robot};
 use coordination::analysis::{Limits, Proof, Reason, Refusal, Report, Situation, Use, Warning};
 use coordination::analysis::{check, check_situations};
 use coordination::petri::{Binding, NetModel};
 use coordination::protocol::{ABORTED, Party, ProtocolModel};
-use nets::{gate, protocol, robot};
 
 fn refused(model: &NetModel, uses: &[Use]) -> Refusal {
     check(model, uses, &Limits::default()).expect_err("the net is wrong")

@@ -1,10 +1,10 @@
 //! What the examples show is so.
 
 #[allow(dead_code, reason = "its main function is for the example")]
-#[path = "../examples/lossy_link.rs"]
+#[path = "../../examples/lossy_link.rs"]
 mod lossy_link;
 #[allow(dead_code, reason = "its main function is for the example")]
-#[path = "../examples/machine_and_net.rs"]
+#[path = "../../examples/machine_and_net.rs"]
 mod machine_and_net;
 
 #[test]
