@@ -4,9 +4,9 @@ use std::time::Duration;
 
 #[allow(dead_code, reason = "its main function is for the example")]
 #[path = "../../examples/t_junction.rs"]
-mod t_junction;
+mod example;
 
-use t_junction::{Outcome, Settings, run};
+use example::{Outcome, Settings, run};
 
 #[test]
 fn three_robots_cross_hundreds_of_times_one_at_a_time() {
