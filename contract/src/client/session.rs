@@ -139,6 +139,7 @@ impl Session {
         {
             return Received::Stale;
         }
+        // Before its numbers, of which an older version has fewer.
         if VERSION.accept(Version::from(message.version)).is_err() {
             return Received::Version;
         }
