@@ -23,6 +23,8 @@
 //! let mut robot = Client::new("amr-1", "hall", 7);
 //! let mut answer = MediatorReport {
 //!     version: Some(VERSION.into()),
+//!     instance: 60,
+//!     journal: 70,
 //!     mediator_epoch: 1,
 //!     sequence: 1,
 //!     robot_id: "amr-1".into(),

@@ -38,7 +38,7 @@
 //!     floor: Floor::default(),
 //!     silent_after: Duration::from_nanos(SILENT_AFTER_NS),
 //! };
-//! let mut manager = Manager::new(&setup, &Stored::default(), 0)?;
+//! let mut manager = Manager::new(&setup, &Stored::new(1), 0)?;
 //! // 5 s after a start nobody enters any more what a mediator before has granted.
 //! let now_ns = ENTERS_NO_MORE_NS;
 //! let mut robot = Client::new("amr-1", "hall", 7);

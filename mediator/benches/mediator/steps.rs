@@ -90,7 +90,7 @@ struct Window {
 
 impl Bench {
     fn new(size: Size, journal: Journal) -> Self {
-        let manager = Manager::new(&size.setup(), &Stored::default(), 0).expect("a new journal");
+        let manager = Manager::new(&size.setup(), &Stored::new(1), 0).expect("a new journal");
         Self {
             manager,
             journal,

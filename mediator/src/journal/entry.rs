@@ -195,9 +195,9 @@ impl fmt::Display for ClosedRecord {
 }
 
 /// All that a journal holds.
-#[derive(Clone, Debug, Default, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub struct Stored {
-    /// Drawn when its file began; 0: it does not say. No two processes have one with the same number open.
+    /// Drawn when its file began, never 0. No two processes have one with the same number open.
     pub journal: u64,
     /// Of the last start of the mediator; 0: this journal is new.
     pub epoch: u64,
@@ -222,6 +222,24 @@ pub struct Stored {
 }
 
 impl Stored {
+    /// A journal that is new, with that number.
+    #[must_use]
+    pub fn new(journal: u64) -> Self {
+        Self {
+            journal,
+            epoch: 0,
+            robots: BTreeMap::new(),
+            access: BTreeMap::new(),
+            fences: BTreeMap::new(),
+            adopted: BTreeMap::new(),
+            closed: BTreeMap::new(),
+            revocations: BTreeMap::new(),
+            number: 0,
+            coordinations: BTreeMap::new(),
+            orders: BTreeMap::new(),
+        }
+    }
+
     /// Takes over an entry.
     pub fn apply(&mut self, entry: Entry) {
         match entry {

@@ -195,7 +195,7 @@ impl Store {
         let table = transaction
             .open_table(TABLE)
             .map_err(|error| failed(error.into()))?;
-        let (mut stored, mut file) = (Stored::default(), None);
+        let (mut stored, mut file) = (Stored::new(0), None);
         for row in table.iter().map_err(|error| failed(error.into()))? {
             let (key, value) = row.map_err(|error| failed(error.into()))?;
             let (key, value) = (key.value(), value.value());

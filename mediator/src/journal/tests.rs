@@ -99,10 +99,7 @@ fn what_was_written_is_there_after_opening_again() {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("journal.redb");
     let (store, stored) = Store::open(&path, "corridor").expect("opens");
-    let nothing = Stored {
-        journal: stored.journal,
-        ..Stored::default()
-    };
+    let nothing = Stored::new(stored.journal);
     assert_eq!(stored, nothing);
     store.write(&entries()).expect("writes");
     store.write(&[Entry::Epoch(3)]).expect("writes");
@@ -280,10 +277,7 @@ fn what_a_full_disk_did_not_take_is_written_when_it_has_room() {
     store.write(&entries()).expect("writes");
     drop(store);
     let (_, stored) = Store::on(disk, "corridor", 7).expect("opens");
-    let mut expected = Stored {
-        journal: stored.journal,
-        ..Stored::default()
-    };
+    let mut expected = Stored::new(stored.journal);
     expected.apply(Entry::Epoch(3));
     { entries().into_iter() }.for_each(|entry| expected.apply(entry));
     assert_eq!(stored, expected);

@@ -33,6 +33,11 @@ pub enum RestoreError {
         protocol: &'static str,
         error: MergeError,
     },
+    /// Robots follow no mediator whose journal has the number 0.
+    #[error(
+        "the journal has the number 0, and robots follow no mediator without a journal's number"
+    )]
+    Nameless,
 }
 
 /// It has this time to open a link.

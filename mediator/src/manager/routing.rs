@@ -52,6 +52,9 @@ impl Manager {
         now_ns: u64,
     ) -> Result<Self, RestoreError> {
         setup.check()?;
+        if stored.journal == 0 {
+            return Err(RestoreError::Nameless);
+        }
         let names = Arc::new(Names::new(setup)?);
         // Never smaller than before, so that robots recognise what an earlier start has said.
         let epoch = stored.epoch + 1;

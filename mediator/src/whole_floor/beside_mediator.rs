@@ -176,8 +176,7 @@ impl<'a> Scene<'a> {
         });
         let mut scene = Self {
             robots: robots.collect(),
-            manager: Manager::with_plans(setup, plans.to_vec(), &Stored::default(), 0)
-                .expect("valid"),
+            manager: Manager::with_plans(setup, plans.to_vec(), &Stored::new(1), 0).expect("valid"),
             orders: orders.clone(),
             // No robot may still enter what an earlier manager has granted.
             now_ns: 10_000 * MS_NS,

@@ -46,10 +46,7 @@ impl World {
         let mut stored = match left {
             Left::All => stored,
             Left::AllButLast => before.unwrap_or(stored),
-            Left::Nothing => Stored {
-                journal: stored.journal + 1,
-                ..Stored::default()
-            },
+            Left::Nothing => Stored::new(stored.journal + 1),
         };
         self.lost |= left != Left::All;
         let mut read = stored.clone();

@@ -84,10 +84,7 @@ pub struct World {
 
 impl World {
     pub fn new(limits: Limits) -> Self {
-        let stored = Stored {
-            journal: 1,
-            ..Stored::default()
-        };
+        let stored = Stored::new(1);
         let mut world = Self {
             limits,
             tick: 0,

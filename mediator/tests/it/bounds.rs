@@ -6,7 +6,7 @@ use contract::wire::{Access, Level, RobotReport};
 use mediator::journal::{ClosedRecord, Stored};
 use mediator::manager::Manager;
 
-use crate::takeover::{AREA, NOW_NS, begun, robot, start, talk};
+use crate::takeover::{AREA, NOW_NS, robot, start, talk};
 
 type Robots = Vec<(Client, Situation)>;
 
@@ -83,7 +83,7 @@ fn restart(manager: &mut Manager, stored: &mut Stored) {
 fn a_made_up_fence_leaves_room_for_grants() {
     for fence in [(1 << 61) - 1, (1 << 62) - 2, (1 << 62) - 1] {
         let what = format!("fence {fence}");
-        let mut stored = begun(1);
+        let mut stored = Stored::new(1);
         let mut manager = start(&stored, 50, 0);
         let mut robots = robots();
         lie(&mut manager, &mut robots, NOW_NS, says(0, GRANTED, fence));
@@ -101,8 +101,8 @@ fn a_made_up_fence_of_another_mediator_leaves_room_for_grants() {
     for fence in [(1 << 61) - 1, (1 << 62) - 1] {
         let what = format!("fence {fence}");
         let mut robots = robots();
-        talk(&mut start(&begun(2), 40, 0), &mut robots, NOW_NS);
-        let mut stored = begun(1);
+        talk(&mut start(&Stored::new(2), 40, 0), &mut robots, NOW_NS);
+        let mut stored = Stored::new(1);
         let mut manager = start(&stored, 50, NOW_NS);
         for seconds in [2, 7] {
             let now_ns = NOW_NS + seconds * SILENT_AFTER_NS;
@@ -124,7 +124,7 @@ fn a_made_up_run_leaves_room_for_those_of_the_next_process() {
     for run in [(1 << 30) - 1, (1 << 31) - 2, (1 << 31) - 1] {
         for (first, reached) in [(true, GRANTED), (true, ENTERED), (false, ENTERED)] {
             let what = format!("run {run}, {reached:?}, {first}");
-            let mut stored = begun(1);
+            let mut stored = Stored::new(1);
             let mut manager = start(&stored, 50, 0);
             let mut robots = robots();
             if !first {
@@ -149,7 +149,7 @@ fn a_made_up_run_leaves_room_for_those_of_the_next_process() {
 #[test]
 fn a_made_up_run_of_a_revocation_leaves_room_for_others() {
     for run in [(1 << 30) - 1, (1 << 31) - 1] {
-        let mut manager = start(&begun(1), 50, 0);
+        let mut manager = start(&Stored::new(1), 50, 0);
         let mut robots = robots();
         lie(&mut manager, &mut robots, NOW_NS, |report| {
             says(run, KEPT, 9)(report);

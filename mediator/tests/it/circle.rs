@@ -46,10 +46,7 @@ struct Bench {
 
 impl Bench {
     fn new(setup: &Setup) -> Self {
-        let stored = Stored {
-            journal: 1,
-            ..Stored::default()
-        };
+        let stored = Stored::new(1);
         let manager = Manager::new(setup, &stored, 0).expect("valid");
         let robots = { setup.robots.iter() }.map(|robot| Client::new(&robot.id, "hall", 7));
         Self {

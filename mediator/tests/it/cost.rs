@@ -25,10 +25,7 @@ struct Fleet {
 impl Fleet {
     /// All stand in a hall.
     fn new((setup, plans): (Setup, Vec<Arc<Plan>>)) -> Self {
-        let stored = Stored {
-            journal: 1,
-            ..Stored::default()
-        };
+        let stored = Stored::new(1);
         let manager = Manager::with_plans(&setup, plans, &stored, 0).expect("valid");
         let client = |id: &String| Client::new(id, &setup.site, 7).on(setup.floor.clone());
         let ids: Vec<String> = setup.robots.iter().map(|own| own.id.clone()).collect();

@@ -38,7 +38,7 @@ struct Crossing {
 impl Crossing {
     fn new() -> Self {
         let (setup, plans) = sites::crossing(ROBOTS);
-        let stored = Stored::default();
+        let stored = Stored::new(1);
         let manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("valid");
         let robots = { setup.robots.iter() }.map(|robot| Robot {
             client: Client::new(&robot.id, &setup.site, 5).on(setup.floor.clone()),

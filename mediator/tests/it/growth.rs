@@ -60,7 +60,7 @@ impl Ring {
     fn new(lost_percent: u64, seed: u64) -> Self {
         let setup = setup();
         Self {
-            manager: Manager::new(&setup, &Stored::default(), 0).expect("valid"),
+            manager: Manager::new(&setup, &Stored::new(1), 0).expect("valid"),
             client: Client::new(ID, &setup.site, 5),
             random: Random::new(seed),
             lost_percent,
@@ -139,7 +139,7 @@ fn repetitions_are_spread_over_their_period() {
             .collect(),
         ..setup()
     };
-    let mut manager = Manager::new(&setup, &Stored::default(), 0).expect("valid");
+    let mut manager = Manager::new(&setup, &Stored::new(1), 0).expect("valid");
     let mut told = vec![0; ROBOTS];
     let number_of = |message: &MediatorReport| -> usize {
         message.robot_id[4..].parse().expect("as named above")

@@ -56,7 +56,7 @@ impl Bench {
             };
             (Client::new(id, "hall", 5).of_kind(kind), situation)
         };
-        let stored = Stored::default();
+        let stored = Stored::new(1);
         let mut bench = Self {
             manager: Manager::new(&setup(), &stored, 0).expect("a good setup"),
             stored,

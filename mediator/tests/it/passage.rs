@@ -22,7 +22,7 @@ struct Bay {
 impl Bay {
     fn new() -> Self {
         let (setup, plans) = sites::docking();
-        let manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
+        let manager = Manager::with_plans(&setup, plans, &Stored::new(1), 0).expect("valid");
         let robots = ["amr-1", "amr-2", "amr-big"].map(|id| {
             let situation = Situation {
                 located: true,

@@ -95,7 +95,7 @@ fn overtaking() -> (Setup, Vec<Arc<Plan>>, Manager, Pair) {
         .iter_mut()
         .for_each(|robot| robot.starts_in.clear());
     let mut manager =
-        Manager::with_plans(&setup, plans.clone(), &Stored::default(), 0).expect("valid");
+        Manager::with_plans(&setup, plans.clone(), &Stored::new(1), 0).expect("valid");
     assert_eq!(manager.absent("third", false, NOW_NS), Ok(Vec::new()));
     let mut clients = [
         driver("slow", "1", "driving", &[]),
@@ -191,7 +191,7 @@ fn alarms_name_the_run_that_stands_still() {
 #[test]
 fn a_robot_that_was_let_go_before_a_power_loss_is_not_waited_for() {
     let (setup, plans, mut manager, mut clients) = overtaking();
-    let mut stored = Stored::default();
+    let mut stored = Stored::new(1);
     { manager.entries() }.for_each(|entry| stored.apply(entry));
     // What ends the coordination is lost with the power, but the robots have heard it.
     manager
@@ -242,7 +242,7 @@ fn only_first(manager: &mut Manager) {
 
 #[test]
 fn a_level_with_the_fence_of_another_grant_is_ignored() {
-    let mut manager = Manager::new(&setup(1), &Stored::default(), 0).expect("valid");
+    let mut manager = Manager::new(&setup(1), &Stored::new(1), 0).expect("valid");
     let mut clients = [robot(1, &["Cr"])];
     only_first(&mut manager);
     talk(&mut manager, &mut clients, NOW_NS);
@@ -273,7 +273,7 @@ fn nobody_is_accused_before_it_has_said_where_it_stands() {
     for robot in &mut setup.robots {
         robot.starts_in = vec!["Cr".into()];
     }
-    let mut manager = Manager::new(&setup, &Stored::default(), 0).expect("valid");
+    let mut manager = Manager::new(&setup, &Stored::new(1), 0).expect("valid");
     let mut clients = [robot(1, &[]), robot(2, &[]), robot(3, &["Cr"])];
     clients.iter_mut().for_each(|own| own.1.located = false);
     talk(&mut manager, &mut clients, NOW_NS);
@@ -305,7 +305,7 @@ fn nobody_is_accused_before_it_has_said_where_it_stands() {
 fn a_net_decides_although_there_is_room_and_why_explains_it() {
     let setup = setup(3);
     let plans = junction(&setup);
-    let mut manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
+    let mut manager = Manager::with_plans(&setup, plans, &Stored::new(1), 0).expect("valid");
     let mut clients = [robot(1, &["Cr"]), robot(2, &["Cr"]), robot(3, &[])];
     talk(&mut manager, &mut clients, NOW_NS);
     let holds =
@@ -340,7 +340,7 @@ fn a_net_decides_although_there_is_room_and_why_explains_it() {
 fn a_net_goes_on_where_the_journal_left_it() {
     let setup = setup(3);
     let plans = junction(&setup);
-    let mut stored = Stored::default();
+    let mut stored = Stored::new(1);
     let mut manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("valid");
     let mut clients = [robot(1, &["Cr"]), robot(2, &["Cr"]), robot(3, &["Cr"])];
     talk(&mut manager, &mut clients, NOW_NS);
@@ -364,7 +364,7 @@ fn a_net_goes_on_where_the_journal_left_it() {
 fn a_journal_that_the_net_cannot_have_written_is_given_up() {
     let setup = setup(3);
     let plans = junction(&setup);
-    let mut stored = Stored::default();
+    let mut stored = Stored::new(1);
     let mut manager = Manager::with_plans(&setup, plans.clone(), &stored, 0).expect("valid");
     only_first(&mut manager);
     talk(&mut manager, &mut [robot(1, &["Cr"])], NOW_NS);
@@ -381,7 +381,7 @@ fn a_journal_that_the_net_cannot_have_written_is_given_up() {
 fn nonsense_about_coordinations_is_named_and_does_no_harm() {
     let setup = setup(3);
     let plans = junction(&setup);
-    let mut manager = Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid");
+    let mut manager = Manager::with_plans(&setup, plans, &Stored::new(1), 0).expect("valid");
     let mut clients = [robot(1, &["Cr"])];
     only_first(&mut manager);
     talk(&mut manager, &mut clients, NOW_NS);

@@ -4,11 +4,11 @@ use contract::VERSION;
 use contract::client::{Client, Situation};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 use contract::wire;
-use mediator::journal::ClosedRecord;
+use mediator::journal::{ClosedRecord, Stored};
 use mediator::manager::{AbsentError, Alarm, ClearError, Manager};
 use mediator::setup::Setup;
 
-use crate::takeover::{AREA, NOW_NS, begun, cleared_of, floor, robot, setup, start, talk};
+use crate::takeover::{AREA, NOW_NS, cleared_of, floor, robot, setup, start, talk};
 
 const STEP_NS: u64 = SILENT_AFTER_NS / 5;
 
@@ -16,7 +16,7 @@ type Robots = Vec<(Client, Situation)>;
 
 /// The first robot asks for the gate, the third one for the yard; the second one has clones.
 fn asked_for() -> (Manager, Robots) {
-    let mut manager = start(&begun(1), 50, 0);
+    let mut manager = start(&Stored::new(1), 50, 0);
     let mut robots: Robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[])).into();
     talk(&mut manager, &mut robots, NOW_NS);
     robots[0].1.wanted = vec![AREA.to_owned()];
@@ -34,7 +34,7 @@ fn on_a_floor_of(setup: &Setup) -> (Manager, Robots) {
         floor: floor(3.0),
         ..setup.clone()
     };
-    let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
+    let mut manager = Manager::new(&setup, &Stored::new(1), 0).expect("valid");
     let mut robots: Robots = { ["amr-1", "amr-2", "amr-3"].iter() }
         .map(|id| {
             let (client, situation) = robot(id, &[]);
@@ -143,7 +143,7 @@ fn one_that_speaks_for_the_robot_later_is_not_in_its_own_way() {
 
 #[test]
 fn the_body_of_a_second_process_is_in_the_way_of_everybody() {
-    let mut manager = start(&begun(1), 50, 0);
+    let mut manager = start(&Stored::new(1), 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
     robots.push(robot("amr-3", &[]));
     talk(&mut manager, &mut robots, NOW_NS);
@@ -211,7 +211,7 @@ fn the_body_of_a_second_process_is_in_the_way_of_everybody() {
 /// The mediator starts again before its link is back.
 #[test]
 fn one_that_was_found_is_where_it_was_heard_last_also_for_the_next_mediator() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots: Robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[])).into();
     talk(&mut manager, &mut robots, NOW_NS);
@@ -243,7 +243,7 @@ fn one_that_was_found_is_where_it_was_heard_last_also_for_the_next_mediator() {
 /// Nobody has told it from a restart yet, and the robot's own report is the last one that the mediator waits for.
 #[test]
 fn one_that_is_heard_before_its_robot_after_a_start_is_in_the_way() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots: Robots = ["amr-1", "amr-3", "amr-2"].map(|id| robot(id, &[])).into();
     talk(&mut manager, &mut robots, NOW_NS);
@@ -276,7 +276,7 @@ fn one_that_is_heard_before_its_robot_after_a_start_is_in_the_way() {
 /// A link is tried once a second: the clone's may be first.
 #[test]
 fn one_that_is_heard_before_its_robot_after_a_start_does_not_speak_for_it() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots: Robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[])).into();
     talk(&mut manager, &mut robots, NOW_NS);
@@ -502,7 +502,7 @@ fn one_that_has_lost_its_pose_is_heard_where_it_was_found() {
 #[test]
 fn one_that_loses_its_pose_before_it_is_found_is_where_it_was() {
     for lost_in in [5, 9, 14] {
-        let mut stored = begun(1);
+        let mut stored = Stored::new(1);
         let (mut manager, mut robots) = asked_for();
         robots[0].1.wanted.clear();
         robots[2].1.wanted.clear();
@@ -525,7 +525,7 @@ fn one_that_loses_its_pose_before_it_is_found_is_where_it_was() {
 /// A report from before it was pushed comes after the mediator has started.
 #[test]
 fn one_that_was_found_is_not_moved_back_by_what_is_late_after_a_start() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let (mut manager, mut robots) = asked_for();
     robots[0].1.wanted.clear();
     robots[2].1.wanted.clear();
@@ -545,7 +545,7 @@ fn one_that_was_found_is_not_moved_back_by_what_is_late_after_a_start() {
 
 #[test]
 fn one_that_was_found_has_its_time_to_be_heard_after_a_start() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let (mut manager, mut robots) = asked_for();
     robots[0].1.wanted.clear();
     robots.push(clone_of_the_second(8, AREA));
@@ -675,7 +675,7 @@ fn one_that_is_refused_while_nobody_speaks_for_its_robot_is_in_the_way() {
 /// It was a copied image after all: the robot, whose link was cut meanwhile, is heard again from where it was.
 #[test]
 fn one_that_was_refused_alone_is_in_the_way_when_the_first_one_is_back() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let (mut manager, mut robots) = on_a_known_floor();
     let first = robots.remove(1);
     robots.push(one_with_another_floor(8, AREA));
@@ -792,7 +792,7 @@ fn one_that_was_refused_alone_and_is_heard_once_beside_a_new_one_is_in_the_way()
 /// Found beside the robot, and switched off; then mediator and robot start again.
 #[test]
 fn one_that_was_refused_alone_and_found_then_is_no_former_process_of_the_robot_after_a_start() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let (mut manager, mut robots) = on_a_known_floor();
     let first = robots.remove(1);
     robots.push(one_with_another_floor(8, AREA));
@@ -851,7 +851,7 @@ fn one_that_is_refused_alone_is_where_it_says_that_it_is() {
 #[test]
 fn one_that_was_taken_in_and_is_refused_then_is_in_the_way() {
     for restarts in [false, true] {
-        let mut stored = begun(1);
+        let mut stored = Stored::new(1);
         let (mut manager, mut robots) = on_a_known_floor();
         manager.entries().for_each(|entry| stored.apply(entry));
         if restarts {
@@ -882,7 +882,7 @@ fn one_that_was_taken_in_and_is_refused_then_is_in_the_way() {
 #[test]
 fn a_grant_that_was_not_used_is_taken_back_also_while_somebody_is_awaited() {
     for (who, first) in [(1, true), (1, false), (3, true)] {
-        let mut stored = begun(1);
+        let mut stored = Stored::new(1);
         let (mut manager, mut robots) = asked_for();
         robots[2].1.wanted.clear();
         rounds(&mut manager, &mut robots, 0..5);
@@ -973,7 +973,7 @@ fn one_that_was_switched_on_more_often_than_processes_are_told_apart_is_in_the_w
 /// The mediator that has started is not followed by one that it refuses, for a second.
 #[test]
 fn one_that_was_found_before_the_mediator_started_is_in_the_way() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots: Robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[])).into();
     talk(&mut manager, &mut robots, NOW_NS);

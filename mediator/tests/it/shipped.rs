@@ -64,7 +64,7 @@ impl Scene {
     fn new() -> Self {
         let (setup, plans) = sites::shipped("overtaking", "overtaking");
         Self {
-            manager: Manager::with_plans(&setup, plans, &Stored::default(), 0).expect("valid"),
+            manager: Manager::with_plans(&setup, plans, &Stored::new(1), 0).expect("valid"),
             normal: Robot::new("amr-1", &setup),
             emergency: Robot::new("amr-2", &setup),
             // No robot may still enter what an earlier manager has granted.

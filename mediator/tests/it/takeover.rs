@@ -8,7 +8,9 @@ use contract::floor::{Floor, FloorArea};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 use contract::wire::MediatorReport;
 use mediator::journal::{ClosedRecord, Stored};
-use mediator::manager::{AbsentError, Alarm, ClearError, Cleared, Manager, StandsBy, Status};
+use mediator::manager::{
+    AbsentError, Alarm, ClearError, Cleared, Manager, RestoreError, StandsBy, Status,
+};
 use mediator::setup::{AreaSetup, RobotSetup, Setup};
 
 pub const AREA: &str = "gate";
@@ -34,14 +36,6 @@ pub fn setup() -> Setup {
         robots: ["amr-1", "amr-2", "amr-3"].map(robot).to_vec(),
         floor: Floor::default(),
         silent_after: Duration::from_nanos(SILENT_AFTER_NS),
-    }
-}
-
-/// A journal that is new.
-pub fn begun(journal: u64) -> Stored {
-    Stored {
-        journal,
-        ..Stored::default()
     }
 }
 
@@ -93,7 +87,7 @@ pub fn talk(manager: &mut Manager, robots: &mut [(Client, Situation)], now_ns: u
 
 #[test]
 fn after_a_first_start_every_robot_is_awaited_or_said_to_be_absent() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[AREA])];
     assert_eq!(talk(&mut manager, &mut robots, NOW_NS).awaited.len(), 2);
@@ -133,7 +127,7 @@ fn after_a_first_start_every_robot_is_awaited_or_said_to_be_absent() {
 /// That it came back, and was granted the gate, was one write.
 #[test]
 fn a_robot_that_was_absent_in_an_older_journal_is_awaited() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-2", &[]), robot("amr-3", &[])];
     talk(&mut manager, &mut robots, NOW_NS);
@@ -167,7 +161,7 @@ fn a_robot_that_was_absent_in_an_older_journal_is_awaited() {
 /// Its journal has lost that it came back as another process, which has lost its pose since, and then its link.
 #[test]
 fn a_robot_that_was_absent_and_is_heard_without_a_place_is_awaited_also_when_it_is_silent() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-2", &[]), robot("amr-3", &[])];
     robots.push(robot("amr-1", &[]));
@@ -212,7 +206,7 @@ fn a_robot_that_was_absent_and_is_heard_without_a_place_is_awaited_also_when_it_
 /// Its journal has lost what somebody was granted a moment ago; and one that stands by does not know.
 #[test]
 fn nobody_says_that_a_robot_is_absent_which_may_enter_by_what_this_mediator_does_not_know() {
-    let mut manager = start(&begun(1), 51, NOW_NS);
+    let mut manager = start(&Stored::new(1), 51, NOW_NS);
     let early = manager.absent("amr-1", false, NOW_NS + 1);
     assert!(
         matches!(early, Err(AbsentError::MayEnter { .. })),
@@ -222,7 +216,7 @@ fn nobody_says_that_a_robot_is_absent_which_may_enter_by_what_this_mediator_does
     assert_eq!(manager.absent("amr-1", false, now_ns), Ok(Vec::new()));
 
     let mut robots = running();
-    let mut spare = start(&begun(2), 60, NOW_NS);
+    let mut spare = start(&Stored::new(2), 60, NOW_NS);
     talk(&mut spare, &mut robots, NOW_NS);
     assert!(spare.stands_by());
     let said = spare.absent("amr-1", true, now_ns);
@@ -234,7 +228,7 @@ fn nobody_says_that_a_robot_is_absent_which_may_enter_by_what_this_mediator_does
 #[test]
 fn one_that_stands_by_closes_and_opens_nothing_and_ends_nothing() {
     let mut robots = running();
-    let mut spare = start(&begun(2), 60, NOW_NS);
+    let mut spare = start(&Stored::new(2), 60, NOW_NS);
     talk(&mut spare, &mut robots, NOW_NS);
     assert!(spare.stands_by());
     let closed = spare.close(AREA, ClosedRecord::default(), NOW_NS);
@@ -246,7 +240,7 @@ fn one_that_stands_by_closes_and_opens_nothing_and_ends_nothing() {
 
 /// One robot has the gate, and one has been there; journal 1, at its third start.
 fn running() -> Vec<(Client, Situation)> {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     stored.epoch = 2;
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[AREA])];
@@ -259,7 +253,7 @@ fn running() -> Vec<(Client, Situation)> {
 #[test]
 fn robots_follow_a_mediator_without_their_journal_and_keep_what_they_have() {
     let mut robots = running();
-    let mut stored = begun(2);
+    let mut stored = Stored::new(2);
     let mut manager = start(&stored, 60, NOW_NS);
     robots[0].1.wanted = vec![AREA.to_owned()];
     // For a second it may be that the other one lives.
@@ -306,7 +300,7 @@ fn says_what_is_open(text: &str) -> bool {
 #[test]
 fn nobody_has_a_lease_before_all_robots_follow_the_mediator_that_takes_over() {
     let mut robots = running();
-    let mut manager = start(&begun(2), 60, NOW_NS);
+    let mut manager = start(&Stored::new(2), 60, NOW_NS);
     let others = [robots.remove(0), robots.remove(1)];
     let mut now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
     talk(&mut manager, &mut robots, now_ns);
@@ -327,7 +321,7 @@ fn nobody_has_a_lease_before_all_robots_follow_the_mediator_that_takes_over() {
 /// Another mediator may have led them meanwhile, and lead those that are not heard still.
 #[test]
 fn nobody_has_a_lease_after_a_start_before_all_robots_are_heard() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[]));
     robots[0].1.wanted = vec![AREA.to_owned()];
@@ -351,7 +345,7 @@ fn nobody_has_a_lease_after_a_start_before_all_robots_are_heard() {
 /// It came back to the other one, and is out of reach of this one since.
 #[test]
 fn absence_that_was_said_before_another_mediator_led_says_nothing() {
-    let mut first = start(&begun(1), 50, 0);
+    let mut first = start(&Stored::new(1), 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
     talk(&mut first, &mut robots, NOW_NS);
     assert_eq!(first.absent("amr-3", false, NOW_NS), Ok(Vec::new()));
@@ -359,7 +353,7 @@ fn absence_that_was_said_before_another_mediator_led_says_nothing() {
 
     robots.push(robot("amr-3", &[AREA]));
     let mut now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
-    let mut second = start(&begun(2), 60, NOW_NS);
+    let mut second = start(&Stored::new(2), 60, NOW_NS);
     talk(&mut second, &mut robots, now_ns);
     now_ns += ENTERS_NO_MORE_NS;
     talk(&mut second, &mut robots, now_ns);
@@ -380,14 +374,20 @@ fn absence_that_was_said_before_another_mediator_led_says_nothing() {
     assert!(!robots[0].0.holds(AREA));
 }
 
+/// Robots would not follow it, and nobody would know why.
+#[test]
+fn a_journal_without_a_number_is_refused() {
+    let nameless = Manager::new(&setup(), &Stored::new(0), 0);
+    assert!(matches!(nameless, Err(RestoreError::Nameless)));
+}
+
 #[test]
 fn a_mediator_that_has_stood_by_asks_everybody_before_it_goes_on() {
     let mut robots = running();
     // The first mediator's own journal, of long ago.
     let mut stored = Stored {
-        journal: 3,
         epoch: 20,
-        ..Stored::default()
+        ..Stored::new(3)
     };
     let mut manager = start(&stored, 60, NOW_NS);
     assert!(talk(&mut manager, &mut robots, NOW_NS).stands_by);
@@ -417,7 +417,7 @@ fn a_mediator_that_has_stood_by_asks_everybody_before_it_goes_on() {
 
 #[test]
 fn what_a_spare_mediator_has_granted_holds_when_the_first_one_is_back() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[AREA])];
     robots.push(robot("amr-3", &[]));
@@ -433,7 +433,7 @@ fn what_a_spare_mediator_has_granted_holds_when_the_first_one_is_back() {
     for (client, _) in &mut robots {
         *client = Client::new(&client.report().robot_id, "hall", 8);
     }
-    talk(&mut start(&begun(2), 60, NOW_NS), &mut robots, now_ns);
+    talk(&mut start(&Stored::new(2), 60, NOW_NS), &mut robots, now_ns);
     assert!(robots[1].0.holds(AREA));
     robots[0].1.wanted = vec![AREA.to_owned()];
     let mut manager = start(&stored, 51, now_ns);
@@ -453,7 +453,7 @@ fn what_a_spare_mediator_has_granted_holds_when_the_first_one_is_back() {
 
 #[test]
 fn a_robot_that_does_not_know_where_it_is_has_not_said_where_it_stands() {
-    let mut manager = start(&begun(1), 50, 0);
+    let mut manager = start(&Stored::new(1), 50, 0);
     let mut robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[AREA]));
     robots[0].1.located = false;
     assert_eq!(talk(&mut manager, &mut robots, NOW_NS).awaited, ["amr-1"]);
@@ -463,7 +463,7 @@ fn a_robot_that_does_not_know_where_it_is_has_not_said_where_it_stands() {
 
 #[test]
 fn a_process_that_does_not_speak_for_its_robot_yet_counts_with_where_it_stands() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
     assert_eq!(manager.absent("amr-3", false, NOW_NS), Ok(Vec::new()));
@@ -497,7 +497,7 @@ fn a_process_that_does_not_speak_for_its_robot_yet_counts_with_where_it_stands()
 
 #[test]
 fn a_number_that_no_mediator_can_have_reached_is_no_epoch() {
-    let mut manager = start(&begun(2), 60, 0);
+    let mut manager = start(&Stored::new(2), 60, 0);
     let (mut client, situation) = robot("amr-1", &[]);
     client.step(situation, NOW_NS, SILENT_AFTER_NS);
     let mut report = client.report();
@@ -514,7 +514,7 @@ fn a_number_that_no_mediator_can_have_reached_is_no_epoch() {
 fn a_robot_that_was_told_made_up_numbers_in_its_name_hears_it_again() {
     const LATER_NS: u64 = NOW_NS + PERIOD_NS;
     const PERIOD_NS: u64 = 300_000_000;
-    let mut manager = start(&begun(1), 60, 0);
+    let mut manager = start(&Stored::new(1), 60, 0);
     let mut robots = vec![robot("amr-1", &[AREA]), robot("amr-2", &[])];
     robots.push(robot("amr-3", &[]));
     talk(&mut manager, &mut robots, NOW_NS);
@@ -574,7 +574,7 @@ fn is_seen_to(manager: &mut Manager, robots: &mut [(Client, Situation)], now_ns:
 fn one_robot_that_makes_up_epochs_of_this_mediator_mutes_nobody() {
     const REACHED: u64 = 1 << 21;
     for made_up in [REACHED, (1 << 62) - 2, (1 << 62) - 1] {
-        let mut stored = begun(1);
+        let mut stored = Stored::new(1);
         let mut manager = start(&stored, 60, 0);
         let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
         robots.push(robot("amr-3", &[]));
@@ -614,7 +614,7 @@ fn one_robot_that_makes_up_epochs_of_this_mediator_mutes_nobody() {
 /// Whatever it makes up, by steps or at once: who was out of reach meanwhile follows this mediator all the same.
 #[test]
 fn epochs_that_are_made_up_step_by_step_do_not_outrun_robots_that_are_out_of_reach() {
-    let mut manager = start(&begun(1), 60, 0);
+    let mut manager = start(&Stored::new(1), 60, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
     robots.push(robot("amr-3", &[]));
     talk(&mut manager, &mut robots, NOW_NS);
@@ -637,7 +637,7 @@ fn epochs_that_are_made_up_step_by_step_do_not_outrun_robots_that_are_out_of_rea
 
 #[test]
 fn a_robot_that_is_said_to_be_absent_asks_for_nothing_any_more() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[AREA]), robot("amr-2", &[])];
     robots.push(robot("amr-3", &[]));
@@ -678,14 +678,14 @@ fn a_robot_that_is_said_to_be_absent_asks_for_nothing_any_more() {
 fn clearing_an_area_says_nothing_of_a_robot_that_may_be_anywhere() {
     let mut setup = setup();
     setup.robots[2].starts_in = vec!["yard".to_owned()];
-    let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
+    let mut manager = Manager::new(&setup, &Stored::new(1), 0).expect("valid");
     assert_eq!(manager.clear("yard", true, NOW_NS), cleared_of("amr-3"));
     assert!(manager.status(NOW_NS).awaited.contains(&"amr-3".to_owned()));
 }
 
 #[test]
 fn a_robot_that_stood_in_an_area_is_cleared_only_when_it_was_taken_away() {
-    let mut manager = start(&begun(1), 50, 0);
+    let mut manager = start(&Stored::new(1), 50, 0);
     let mut robots = vec![robot("amr-1", &[AREA]), robot("amr-2", &["yard"])];
     robots.push(robot("amr-3", &[]));
     talk(&mut manager, &mut robots, NOW_NS);
@@ -733,7 +733,7 @@ fn a_robot_that_stood_in_an_area_is_cleared_only_when_it_was_taken_away() {
 
 #[test]
 fn one_robot_that_lies_about_whom_it_follows_keeps_nobody_else_out() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
     robots.push(robot("amr-3", &[]));
@@ -764,7 +764,7 @@ fn one_robot_that_lies_about_whom_it_follows_keeps_nobody_else_out() {
 /// The other mediator may have granted it anything until it was heard last.
 #[test]
 fn one_that_follows_another_mediator_is_absent_only_when_it_enters_nothing_any_more() {
-    let mut manager = start(&begun(1), 50, 0);
+    let mut manager = start(&Stored::new(1), 50, 0);
     let mut robots = ["amr-1", "amr-2", "amr-3"]
         .map(|id| robot(id, &[]))
         .to_vec();
@@ -797,7 +797,7 @@ fn one_that_follows_another_mediator_is_absent_only_when_it_enters_nothing_any_m
 
 #[test]
 fn a_robot_that_goes_on_telling_of_mediators_that_are_gone_has_all_asked_once_in_a_while() {
-    let mut manager = start(&begun(1), 50, 0);
+    let mut manager = start(&Stored::new(1), 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
     robots.push(robot("amr-3", &[]));
     talk(&mut manager, &mut robots, NOW_NS);
@@ -824,7 +824,7 @@ fn a_robot_that_goes_on_telling_of_mediators_that_are_gone_has_all_asked_once_in
 
 #[test]
 fn a_robot_that_is_gone_for_good_may_leave_the_site_file() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
     robots.push(robot("amr-3", &[AREA]));
@@ -907,7 +907,7 @@ fn a_robot_that_knows_another_floor_is_refused_with_what_differs_until_it_knows_
         floor: floor(3.0),
         ..setup()
     };
-    let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
+    let mut manager = Manager::new(&setup, &Stored::new(1), 0).expect("valid");
     for id in ["amr-2", "amr-3"] {
         assert_eq!(manager.absent(id, false, NOW_NS), Ok(Vec::new()));
     }
@@ -933,7 +933,7 @@ fn a_robot_can_learn_the_floor_from_its_mediator_and_refuses_one_that_lies() {
         floor: floor(3.0),
         ..setup()
     };
-    let mut manager = Manager::new(&setup, &begun(1), 0).expect("valid");
+    let mut manager = Manager::new(&setup, &Stored::new(1), 0).expect("valid");
     let (client, wants) = robot("amr-1", &[AREA]);
     let mut client = client.on(floor(4.0));
     let mut told = None;
@@ -974,7 +974,7 @@ fn a_robot_can_learn_the_floor_from_its_mediator_and_refuses_one_that_lies() {
 
 #[test]
 fn a_new_process_does_not_say_where_the_one_before_drives_its_body() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-1", &[]), robot("amr-2", &[])];
     robots.push(robot("amr-3", &[]));
@@ -1023,7 +1023,7 @@ fn a_grant_that_the_journal_has_lost_counts_though_its_robot_is_heard_after_anot
         let manager = Manager::new(&both, stored, 0).expect("valid");
         manager.speaks_as(instance)
     };
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50);
     let mut robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[]));
     talk(&mut manager, &mut robots, NOW_NS);
@@ -1059,7 +1059,7 @@ fn a_grant_that_the_journal_has_lost_counts_though_its_robot_is_heard_after_anot
 
 #[test]
 fn a_grant_that_the_journal_has_lost_ends_when_its_robot_was_said_to_be_absent() {
-    let mut stored = begun(1);
+    let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[]));
     talk(&mut manager, &mut robots, NOW_NS);

@@ -88,7 +88,7 @@ impl Bench {
     fn holding(capacity: u32, fence: u64) -> Self {
         let setup = Self::setup(capacity);
         let names = Arc::new(Names::new(&setup).expect("valid"));
-        let mut stored = Stored::default();
+        let mut stored = Stored::new(1);
         stored.fences.insert("gate".into(), fence);
         let areas = Areas::restore(&setup, &names, &stored, 0).expect("valid");
         let mut sessions = Sessions::new(&names, 1, u64::MAX, 0);
@@ -637,7 +637,7 @@ fn how_often_others_have_passed_a_request_outlives_a_restart() {
     let mut bench = Bench::new();
     bench.ask(0);
     bench.ask(2);
-    let mut stored = Stored::default();
+    let mut stored = Stored::new(1);
     let mut pass = |bench: &mut Bench, granted| {
         bench.areas.pass(0, granted, &mut bench.effects);
         bench

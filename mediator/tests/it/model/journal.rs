@@ -31,10 +31,7 @@ const COPIED_AFTER: u64 = 50;
 impl Journal {
     /// A file that is new.
     pub fn of(number: u64) -> Self {
-        let safe = Stored {
-            journal: number,
-            ..Stored::default()
-        };
+        let safe = Stored::new(number);
         Self {
             copy: safe.clone(),
             last: VecDeque::new(),
@@ -133,13 +130,12 @@ impl Journal {
             } else {
                 self.safe.epoch
             },
-            journal: self.safe.journal + u64::from(left == Left::Nothing),
             robots: if left == Left::Absence {
                 robots
             } else {
                 BTreeMap::new()
             },
-            ..Stored::default()
+            ..Stored::new(self.safe.journal + u64::from(left == Left::Nothing))
         };
     }
 
@@ -153,10 +149,7 @@ impl Journal {
         self.keep();
         let journal = self.safe.journal;
         self.safe = match random.below(3) {
-            0 => Stored {
-                journal: journal + 1,
-                ..Stored::default()
-            },
+            0 => Stored::new(journal + 1),
             another_file => Stored {
                 journal: journal + another_file - 1,
                 ..self.copy.clone()
