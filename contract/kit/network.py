@@ -44,6 +44,8 @@ class Network:
             # With the usual two batches, and a millisecond for a sender that was not scheduled, a busy machine drops what is sent once.
             "transport/link/tx/queue/size/data": 16,
             "transport/link/tx/queue/congestion_control/drop/wait_before_drop": 5_000,
+            # Nothing here is large enough for it, and a process that is killed leaves its files behind.
+            "transport/shared_memory/enabled": False,
             "scouting/multicast/enabled": False,
             "scouting/gossip/enabled": False,
             **(identity.settings() if identity is not None else {}),
