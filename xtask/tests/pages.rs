@@ -410,7 +410,7 @@ const COMMANDS: &[(&str, Run)] = &[
     (
         "cargo run -p config --example keys > config/KEYS.md",
         ByTest {
-            file: "config/tests/keys_page.rs",
+            file: "config/tests/it/keys_page.rs",
             naming: "KEYS.md",
         },
     ),

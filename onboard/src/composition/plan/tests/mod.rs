@@ -13,7 +13,7 @@ use crate::process::overruns::patience_s;
 
 mod budget;
 /// Broken files and what must be said about them, as for the loader's own tests.
-#[path = "../../../../../config/tests/common/mod.rs"]
+#[path = "../../../../../config/tests/it/common/mod.rs"]
 mod common;
 mod refused;
 

@@ -1,8 +1,6 @@
 //! The shipped nets: they may run, and run, with robots that take their time.
 
-mod common;
-
-use common::lines;
+use crate::common::lines;
 use config::{NetConfig, load_net};
 use coordination::analysis::{Limits, Proof, Reason, Warning};
 use coordination::binding::NetBinding;
@@ -46,7 +44,7 @@ fn every_shipped_net_may_run() {
 fn a_wrong_net_is_refused_in_the_words_of_its_file() {
     let edited = |name: &str, from: &str, to: &str| {
         let text = std::fs::read_to_string(format!("nets/{name}.toml")).unwrap();
-        let text = common::edit(&text, from, to);
+        let text = crate::common::edit(&text, from, to);
         config::parse_net("some.toml", &text)
             .unwrap_or_else(|error| panic!("{}", lines(&error)))
             .analyse(&Limits::default())

@@ -1,8 +1,6 @@
 //! The site file: what ships loads, and every kind of mistake is named precisely.
 
-mod common;
-
-use common::{Mistake, SITE, check, edit, lines};
+use crate::common::{Mistake, SITE, check, edit, lines};
 use config::ProblemKind::{
     Duplicate, Inconsistent, MissingKey, OutOfRange, UnknownKey, UnknownReference, WrongType,
 };

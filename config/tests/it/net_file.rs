@@ -1,9 +1,7 @@
 //! The net file: every kind of mistake is named precisely, and whatever a file holds, reading it
 //! returns.
 
-mod common;
-
-use common::{Mistake, check, edit, lines, render};
+use crate::common::{Mistake, check, edit, lines, render};
 use config::ProblemKind::{
     Duplicate, Inconsistent, MissingKey, OutOfRange, UnknownKey, UnknownReference, WrongType,
 };
@@ -12,9 +10,9 @@ use coordination::petri::Binding;
 use description::geometry::Pose2;
 use proptest::prelude::*;
 
-const T_JUNCTION: &str = include_str!("../nets/t-junction.toml");
-const OVERTAKING: &str = include_str!("../nets/overtaking.toml");
-const DOCKING: &str = include_str!("../nets/docking.toml");
+const T_JUNCTION: &str = include_str!("../../nets/t-junction.toml");
+const OVERTAKING: &str = include_str!("../../nets/overtaking.toml");
+const DOCKING: &str = include_str!("../../nets/docking.toml");
 
 fn fails(file: &str, text: &str) -> Option<ConfigError> {
     parse_net(file, text).err()
@@ -530,7 +528,7 @@ fn a_situation_in_which_the_net_does_not_compile_is_refused_where_it_stands() {
         assert_eq!(problem.key, "situations.alone", "{problem}");
         assert_eq!(
             problem.line,
-            Some(common::line_of(&text, "[situations.alone]"))
+            Some(crate::common::line_of(&text, "[situations.alone]"))
         );
     }
     assert!(

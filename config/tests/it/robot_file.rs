@@ -1,10 +1,8 @@
 //! The robot file: what ships loads, and every kind of mistake is named precisely.
 
-mod common;
-
 use std::time::Duration;
 
-use common::{Mistake, ROBOT, check, edit, line_of, lines};
+use crate::common::{Mistake, ROBOT, check, edit, line_of, lines};
 use config::ProblemKind::{
     Duplicate, Inconsistent, MissingKey, OutOfRange, Syntax, UnknownKey, WrongType,
 };
@@ -832,7 +830,7 @@ fn everything_wrong_is_said_at_once_in_the_order_of_the_file() {
         Some(line_of(&text, "priority = 700"))
     );
     assert_eq!(error.to_string(), "4 problems in the configuration");
-    let rendered = common::render(&error);
+    let rendered = crate::common::render(&error);
     for key in keys {
         assert!(rendered.contains(key), "{rendered}");
     }
@@ -892,7 +890,7 @@ fn every_shipped_robot_fits_the_sites_that_name_it() {
         ("amr-1", "amr-3", &["t-junction"]),
         ("amr-big", "amr-big", &["docking"]),
     ] {
-        let other_id = common::sets(&[&format!("identity.id={id}")]);
+        let other_id = crate::common::sets(&[&format!("identity.id={id}")]);
         let robot = config::load_robot(format!("robots/{file}.toml"), &other_id)
             .unwrap_or_else(|error| panic!("{file}: {}", lines(&error)));
         for name in sites {

@@ -3,7 +3,7 @@
 #[test]
 fn the_reference_page_is_up_to_date() {
     assert!(
-        config::reference_page() == include_str!("../KEYS.md"),
+        config::reference_page() == include_str!("../../KEYS.md"),
         "run `cargo run -p config --example keys > config/KEYS.md`"
     );
 }

@@ -7,9 +7,9 @@ pub mod mutation;
 use config::{ConfigError, Override, Problem, ProblemKind};
 
 /// The shipped robot file.
-pub const ROBOT: &str = include_str!("../../robots/amr-1.toml");
+pub const ROBOT: &str = include_str!("../../../robots/amr-1.toml");
 /// The shipped site file.
-pub const SITE: &str = include_str!("../../sites/corridor.toml");
+pub const SITE: &str = include_str!("../../../sites/corridor.toml");
 
 /// One mistake and what must be said about it.
 pub struct Mistake {

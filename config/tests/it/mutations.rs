@@ -1,10 +1,8 @@
 //! Whatever a file holds, loading it returns: it never panics and never hangs, and
 //! a problem always names its file and points into its text.
 
-mod common;
-
-use common::mutation::{apply, change, sound, value};
-use common::{ROBOT, SITE};
+use crate::common::mutation::{apply, change, sound, value};
+use crate::common::{ROBOT, SITE};
 use config::{Override, check_together, parse_robot, parse_site};
 use proptest::prelude::*;
 

@@ -1,10 +1,8 @@
 //! `--set key=value`, files that cannot be read, and robot and site together.
 
-mod common;
-
 use std::io::Write;
 
-use common::{ROBOT, SITE, edit, lines, sets};
+use crate::common::{ROBOT, SITE, edit, lines, sets};
 use config::ProblemKind::{
     File, MissingKey, OutOfRange, Override as BadOverride, Syntax, UnknownKey, UnknownReference,
     WrongType,
@@ -123,9 +121,9 @@ fn a_bad_override_is_named() {
             lines(&error)
         );
         assert!(
-            common::render(&error).contains(typed),
+            crate::common::render(&error).contains(typed),
             "{}",
-            common::render(&error)
+            crate::common::render(&error)
         );
         if *kind == MissingKey {
             continue;
@@ -254,7 +252,7 @@ fn two_errors_print_as_one() {
     let site = parse_site("site.toml", "", &[]).unwrap_err();
     let both = robot.and(site);
     assert_eq!(both.to_string(), "16 problems in the configuration");
-    let text = common::render(&both);
+    let text = crate::common::render(&both);
     assert!(
         text.contains("robot.toml:1: identity") && text.contains("site.toml:1: name"),
         "{text}"

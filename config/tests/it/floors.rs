@@ -1,14 +1,12 @@
 //! Mistakes in maps that drive a robot into a wall or leave it stranded: gaps in lanes,
 //! areas through walls, floor that no robot reaches, lanes and areas too narrow.
 
-mod common;
-
-use common::{Mistake, SITE, check, edit, lines};
+use crate::common::{Mistake, SITE, check, edit, lines};
 use config::ProblemKind::{Duplicate, Inconsistent, MissingKey, OutOfRange, UnknownReference};
 use config::{ConfigError, parse_site};
 
-const DOCKING: &str = include_str!("../sites/docking.toml");
-const COURSE: &str = include_str!("../sites/course.toml");
+const DOCKING: &str = include_str!("../../sites/docking.toml");
+const COURSE: &str = include_str!("../../sites/course.toml");
 
 fn fails(file: &str, text: &str) -> Option<ConfigError> {
     parse_site(file, text, &[]).err()
