@@ -89,8 +89,7 @@ impl Peers {
 
     /// The robot follows this mediator's process before, which is gone.
     fn is_of_before(&self, report: &RobotReport) -> bool {
-        let same_journal = self.journal != 0 && report.mediator_journal == self.journal;
-        same_journal && report.mediator_epoch < self.epoch
+        report.mediator_journal == self.journal && report.mediator_epoch < self.epoch
     }
 
     /// The robot follows a mediator that this one knows nothing of, or did.
@@ -260,7 +259,7 @@ mod tests {
     /// Two mediators hear the same robots; whether each stands by.
     fn judged(follow: &[(u64, u64)], own: [(u64, u64); 2]) -> [bool; 2] {
         own.map(|(instance, epoch)| {
-            let mut peers = Peers::new(instance, 0, epoch, follow.len(), SILENT_NS);
+            let mut peers = Peers::new(instance, 6, epoch, follow.len(), SILENT_NS);
             for (robot, &(instance, epoch)) in follow.iter().enumerate() {
                 peers.hear(robot, &report(instance, epoch, 1), false, 0);
             }
@@ -341,7 +340,7 @@ mod tests {
 
     #[test]
     fn it_goes_on_when_robots_hear_the_other_no_more_and_tells_once() {
-        let mut peers = Peers::new(8, 0, 2, 1, SILENT_NS);
+        let mut peers = Peers::new(8, 6, 2, 1, SILENT_NS);
         let mut told = 0;
         for sequence in 1..=20 {
             let now_ns = sequence * SILENT_NS / 5;
