@@ -2,7 +2,8 @@
 //!
 //! From when a robot's commands are invalid, at speed v0, it must be slower than v0 − a·(t − 50 ms), with a tenth of tolerance,
 //! until the fault is over; a is what its file promises: the deceleration of stops, or that without power where nothing can
-//! brake. Faults at the same time get into each other's way: then the latest of their stops counts, and the weakest brake. One that is
+//! brake. Faults at the same time get into each other's way: then the latest of their stops counts, and the weakest brake; and while one
+//! that begins holds the wheels to what they were told last, as a lost bus does until the drive's watchdog trips, t stands still. One that is
 //! paused may be driven by hand, and stops again when it is let go.
 
 use crate::scenario::{Player, ScriptedFault, ScriptedKind, Stopping};
@@ -29,6 +30,8 @@ struct Stop {
     from_s: f64,
     until_s: f64,
     deceleration_m_s2: f64,
+    /// Begin and length of times in which other faults hold the wheels to what they were told last.
+    held_s: Vec<(f64, f64)>,
     /// How fast it was at its begin.
     speed_m_s: Option<f64>,
     /// The fault shows only while the robot drives, and is noticed after it has driven for so long.
@@ -59,7 +62,9 @@ impl Stop {
     }
 
     fn limit_m_s(&self, at_s: f64, from_m_s: f64) -> f64 {
-        let braked_s = (at_s - self.from_s - REACTION_S).max(0.0);
+        let held_s =
+            { self.held_s.iter() }.map(|(from_s, for_s)| (at_s - from_s).clamp(0.0, *for_s));
+        let braked_s = (at_s - self.from_s - held_s.sum::<f64>() - REACTION_S).max(0.0);
         let deceleration_m_s2 = self.deceleration_m_s2 * (1.0 - TOLERANCE);
         let limit_m_s = from_m_s * (1.0 + TOLERANCE) - deceleration_m_s2 * braked_s;
         limit_m_s.max(STANDING_M_S)
@@ -79,6 +84,7 @@ impl Braking {
             let mut until_s = fault.until_s();
             let (mut deceleration_m_s2, mut pull_m_s2) =
                 (stopping.deceleration_m_s2, stopping.pull_m_s2);
+            let mut held_s = Vec::new();
             for (other, theirs) in &own {
                 let meets = other.at_s <= fault.until_s() && theirs.until_s >= fault.at_s;
                 if std::ptr::eq(*other, *fault) || !meets {
@@ -94,6 +100,8 @@ impl Braking {
                         from_s = from_s.max(theirs.until_s + stopping.after_s?);
                     }
                     from_s += theirs.delays_s;
+                } else {
+                    held_s.push((other.at_s, theirs.holds_s));
                 }
             }
             // Motors with power brake as told on any floor.
@@ -105,6 +113,7 @@ impl Braking {
                 from_s,
                 until_s: f64::min(until_s, from_s + stopping.stops_for_s),
                 deceleration_m_s2,
+                held_s: held_s.clone(),
                 speed_m_s: None,
                 driven_s: stopping.after_s.filter(|_| stopping.shows_driving),
                 lost_driving_s: stopping.lost_driving.then_some(fault.at_s),
@@ -245,6 +254,27 @@ mod tests {
         );
         let other = UNPLUG.replace("amr-1", "amr-2");
         assert_eq!(windows(&braking(&[&other])), []);
+    }
+
+    #[test]
+    fn nobody_brakes_while_a_fault_holds_the_wheels_to_what_they_were_told() {
+        let fieldbus =
+            "at_s = 10.341, for_s = 0.5, what = \"hang\", robot = \"amr-1\", thread = \"fieldbus\"";
+        let bad = |faults: &[&str], looks: &[(f64, f64)]| {
+            let mut own = braking(faults);
+            let bad = looks
+                .iter()
+                .map(|&(at_s, m_s)| own.look(at_s, m_s).is_some());
+            bad.collect::<Vec<_>>()
+        };
+        let late = [(10.301, 0.2), (10.4, 0.2), (10.44, 0.2), (10.48, 0.2)];
+        assert_eq!(bad(&[UNPLUG, fieldbus], &late), [false; 4]);
+        assert_eq!(bad(&[UNPLUG], &late), [false, true, true, true]);
+        let too_late = [(10.301, 0.2), (10.442, 0.2), (10.6, 0.2)];
+        assert_eq!(bad(&[UNPLUG, fieldbus], &too_late), [false, false, true]);
+        // It stood by then.
+        let drives = [(10.301, 0.2), (10.34, 0.01), (10.42, 0.25)];
+        assert_eq!(bad(&[UNPLUG, fieldbus], &drives), [false, false, true]);
     }
 
     #[test]

@@ -45,6 +45,8 @@ pub struct Stopping {
     pub stops_for_s: f64,
     /// A stop for something else begins later by up to this.
     pub delays_s: f64,
+    /// When it begins, the wheels go on for so long as they were told last.
+    pub holds_s: f64,
     /// The hardest that the robot can brake meanwhile, m/s².
     pub deceleration_m_s2: f64,
     /// How hard the floor pulls at the robot meanwhile, against what brakes it without power, m/s².
@@ -67,6 +69,7 @@ impl ScriptedFault {
             lost_driving: false,
             stops_for_s: f64::INFINITY,
             delays_s: 0.0,
+            holds_s: 0.0,
             deceleration_m_s2: limits.stop_deceleration_m_s2,
             pull_m_s2: 0.0,
             disables: false,
@@ -92,6 +95,7 @@ impl ScriptedFault {
         let by_s = self.by_s.unwrap_or(0.0);
         let alone = Stopping {
             disables: true,
+            holds_s: watchdog_s,
             ..coasts(watchdog_s)
         };
         match self.what {
@@ -110,10 +114,12 @@ impl ScriptedFault {
                 Hung::All | Hung::Activity(ActivityKind::Drive) => alone,
                 Hung::Activity(ActivityKind::Control) => Stopping {
                     disables: true,
+                    holds_s: seconds(robot.drive.setpoint_timeout_ms),
                     ..brakes(seconds(robot.drive.setpoint_timeout_ms))
                 },
                 Hung::Activity(ActivityKind::MotionTube) => Stopping {
                     disables: true,
+                    holds_s: seconds(robot.control.command_timeout_ms),
                     ..brakes(seconds(robot.control.command_timeout_ms))
                 },
                 Hung::Activity(ActivityKind::Lidar) => by_tubes(unseen_s),
@@ -131,11 +137,13 @@ impl ScriptedFault {
                 let threads = if self.thread.is_some() { 1.0 } else { THREADS };
                 Stopping {
                     delays_s: threads * by_s,
+                    holds_s: threads * by_s,
                     ..coasting
                 }
             }
             ScriptedKind::Overload => Stopping {
                 delays_s: OVERLOADED_BY_S,
+                holds_s: OVERLOADED_BY_S,
                 disables: true,
                 deceleration_m_s2: coasting.deceleration_m_s2,
                 ..by_tubes(SUPERVISOR_SILENT_S + OVERLOADED_BY_S)
@@ -154,6 +162,7 @@ impl ScriptedFault {
             ScriptedKind::LoseFrames | ScriptedKind::RefuseFrames if share >= ALL => alone,
             ScriptedKind::LoseFrames | ScriptedKind::RefuseFrames => Stopping {
                 delays_s: watchdog_s,
+                holds_s: watchdog_s,
                 ..coasting
             },
             // Its wheels coast until the bus is up again.
