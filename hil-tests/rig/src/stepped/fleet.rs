@@ -131,6 +131,7 @@ impl<'a> Stepped<'a> {
                     ahead_ns: drawn_ahead_ns(&mut clocks),
                     checkpoints: Checkpoints::default(),
                     was_in: None,
+                    has_driven: false,
                     caretaker: Caretaker::default(),
                     driving_out: DrivingOut::default(),
                     sending_on: SendingOn::default(),

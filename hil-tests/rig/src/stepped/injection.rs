@@ -170,12 +170,7 @@ impl Stepped<'_> {
                 (member.robot.iter_mut()).for_each(SteppedRobot::let_go);
                 member.sending_on.want();
             }
-            (_, Some(number)) => {
-                if what == ScriptedKind::Sleep && begins {
-                    self.remember_state(number);
-                }
-                self.disturb_devices(change, number, now_ns);
-            }
+            (_, Some(number)) => self.disturb_devices(change, number, now_ns),
             _ => {}
         }
         Ok(())
@@ -232,6 +227,7 @@ impl Stepped<'_> {
             if runs && !is_lost && speed_m_s > STANDING_M_S {
                 // From then on people would have to look.
                 member.was_in = None;
+                member.has_driven = true;
             }
             let lasts = self.faults.hinders(number);
             let blame = Blame::Faults {

@@ -26,6 +26,8 @@ pub(super) struct Member {
     pub(super) checkpoints: Checkpoints,
     /// State of its machine when its process was killed, as people remember it.
     pub(super) was_in: Option<String>,
+    /// Its process has driven, and so knew where it was and in which state: that holds though it may have lost its place since, asleep.
+    pub(super) has_driven: bool,
     /// The operator who resets it.
     pub(super) caretaker: Caretaker,
     /// The operator who drives it by hand.

@@ -43,7 +43,7 @@ impl Stepped<'_> {
         let said = self.observations.said(&member.id);
         let said = said.filter(|said| !said.state.fsm_state.is_empty());
         if let Some(said) = said
-            && member.faults.state(Fault::PlaceUnknown).active == 0
+            && (member.has_driven || member.faults.state(Fault::PlaceUnknown).active == 0)
         {
             member.was_in = Some(said.state.fsm_state.clone());
         }
@@ -185,6 +185,7 @@ impl Member {
     /// Its process is gone, without a farewell.
     fn end_process(&mut self) {
         self.devices.hang_up();
+        self.has_driven = false;
         let Some(mut robot) = self.robot.take() else {
             return;
         };

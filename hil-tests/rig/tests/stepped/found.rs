@@ -355,3 +355,14 @@ fn a_mediator_that_goes_on_after_its_copy_may_have_older_orders() {
     let copied = of_mediator(56.316, 84.598, ScriptedKind::CopiedMediator);
     passes("overtaking", 171, &[frozen, copied]);
 }
+
+/// Its people know in which state it was before it lost its place, and tell its next process.
+#[test]
+fn a_robot_that_panics_once_it_is_awake_goes_on_where_it_was() {
+    let sleeps = fault(63.08, 2.181, ScriptedKind::Sleep, "amr-1");
+    let panics = ScriptedFault {
+        thread: Some("navigation".into()),
+        ..fault(64.642, 0.511, ScriptedKind::Panic, "amr-1")
+    };
+    passes("overtaking", 2417, &[sleeps, panics]);
+}
