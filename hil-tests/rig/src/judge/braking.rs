@@ -90,7 +90,9 @@ impl Braking {
                 if std::ptr::eq(*other, *fault) || !meets {
                     continue;
                 }
-                if stopping.lost_driving && other.ends_process() {
+                // Nobody is asked to brake who is carried away.
+                let carried = other.what == ScriptedKind::Absent;
+                if carried || stopping.lost_driving && other.ends_process() {
                     until_s = until_s.min(other.at_s);
                 }
                 deceleration_m_s2 = deceleration_m_s2.min(theirs.deceleration_m_s2);
@@ -228,11 +230,13 @@ mod tests {
         let hang = "at_s = 10.2, for_s = 0.5, what = \"hang\", robot = \"amr-1\"";
         let late = "at_s = 9.0, for_s = 3.0, what = \"late-threads\", robot = \"amr-1\", share = 0.5, by_s = 0.02";
         let motors = "at_s = 12.0, for_s = 1.0, what = \"cut-motors\", robot = \"amr-1\"";
+        let absent = "at_s = 10.2, for_s = 1.0, what = \"absent\", robot = \"amr-1\"";
         let slope = "at_s = 9.0, for_s = 9.0, what = \"slope\", robot = \"amr-1\", share = -0.1";
         let reversed = "at_s = 9.0, for_s = 9.0, what = \"reverse-motor\", robot = \"amr-1\"";
         let all = [
             // Who hangs looks for scans afterwards.
             ([UNPLUG, hang], vec![(11.0, 15.0, 1.5), (10.3, 10.7, 1.5)]),
+            ([UNPLUG, absent], vec![]),
             ([UNPLUG, late], vec![(10.36, 15.0, 1.5)]),
             // It stands by then, and goes on to.
             ([UNPLUG, motors], vec![(10.3, 15.0, 1.5), (12.0, 13.0, 1.5)]),

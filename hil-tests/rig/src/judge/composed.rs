@@ -44,7 +44,7 @@ impl Judge {
         Self {
             areas: Areas::new(scenario, robots.len(), heard, start_ns),
             robots,
-            rules: Rule::all(scenario),
+            rules: Rule::all(scenario, start_ns),
             braking: { scenario.robots.iter() }
                 .map(|player| Braking::new(&scenario.faults, player))
                 .collect(),

@@ -1,5 +1,7 @@
 //! How one robot drives: everything that is judged of it without the others.
 
+use std::ops::Range;
+
 use sim::world::{Pose, STANDING_M_S, Truth};
 
 use super::borders;
@@ -11,7 +13,7 @@ use super::stops::{StopError, StopKind, has_stopped};
 use super::violations::Violations;
 use crate::belief::Belief;
 use crate::figures::Figures;
-use crate::scenario::{Limits, Scenario};
+use crate::scenario::{Limits, Scenario, ScriptedFault, ScriptedKind};
 use crate::violation::ViolationKind;
 
 /// What kept a robot from driving until less than this ago may still be why it stands.
@@ -29,6 +31,10 @@ pub(super) struct Conduct {
     lane: Lane,
     believed: Believed,
     stood_since_ns: Option<u64>,
+    /// When it has driven by hand, by the scenario.
+    by_hand_ns: Vec<Range<u64>>,
+    /// Since when its machine is in its state.
+    state_ns: u64,
     /// When something last kept it from driving, as it says.
     kept_ns: Option<u64>,
     /// The last place to stop that came with an event.
@@ -38,6 +44,10 @@ pub(super) struct Conduct {
 
 impl Conduct {
     pub(super) fn new(scenario: &Scenario, robot: Robot, start_ns: u64) -> Self {
+        let by_hand = |fault: &&ScriptedFault| {
+            fault.what == ScriptedKind::Teleop && fault.robot.as_ref() == Some(&robot.id)
+        };
+        let at_ns = |at_s: f64| start_ns + (at_s * 1e9) as u64;
         Self {
             truth: None,
             limits: scenario.limits,
@@ -46,6 +56,10 @@ impl Conduct {
             lane: Lane::default(),
             believed: Believed::new(scenario, &robot, start_ns),
             stood_since_ns: None,
+            by_hand_ns: { scenario.faults.iter().filter(by_hand) }
+                .map(|fault| at_ns(fault.at_s)..at_ns(fault.until_s()))
+                .collect(),
+            state_ns: start_ns,
             kept_ns: None,
             instructed: None,
             figures: Figures {
@@ -142,9 +156,13 @@ impl Conduct {
         if belief.state.is_empty() || figures.states.last() == Some(&belief.state) {
             return;
         }
+        let since_ns = std::mem::replace(&mut self.state_ns, truth.time_ns);
+        let mut by_hand_ns = self.by_hand_ns.iter();
+        let by_hand = by_hand_ns.any(|when| when.start < truth.time_ns && when.end > since_ns);
         let robot = &self.robot;
         let how = (truth.twist.v_m_s.abs() < STANDING_M_S, kept);
         let before = { figures.states.last() }
+            .filter(|_| !by_hand)
             .filter(|name| has_stopped(&robot.site, &robot.fsm, name, &belief.state, how))
             .and_then(|name| robot.fsm.state(name));
         let stop_at = |pose: &Pose| {

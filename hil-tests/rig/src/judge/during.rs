@@ -5,7 +5,7 @@ use sim::world::Truth;
 use super::conduct::Conduct;
 use super::look::{Look, place};
 use super::violations::Violations;
-use crate::scenario::{During, Scenario};
+use crate::scenario::{During, Scenario, ScriptedFault, ScriptedKind};
 use crate::summary::DuringSummary;
 use crate::violation::ViolationKind;
 
@@ -20,18 +20,30 @@ pub(super) struct Rule {
     rule: During,
     robot: usize,
     other: usize,
+    /// From when on the other one is carried away, if it is.
+    gone_ns: Option<u64>,
     checked_ns: u64,
     broken_ns: u64,
 }
 
 impl Rule {
-    /// Those of a scenario.
-    pub(super) fn all(scenario: &Scenario) -> Vec<Self> {
+    /// Those of a scenario that begins at this time.
+    pub(super) fn all(scenario: &Scenario, start_ns: u64) -> Vec<Self> {
+        let gone_ns = |id: &str| {
+            let carried = |fault: &&ScriptedFault| {
+                fault.what == ScriptedKind::Absent && fault.robot.as_deref() == Some(id)
+            };
+            let first = { scenario.faults.iter().filter(carried) }.map(|fault| fault.at_s);
+            first
+                .min_by(f64::total_cmp)
+                .map(|at_s| start_ns + (at_s * 1e9) as u64)
+        };
         { scenario.during.iter() }
             .filter_map(|rule| {
                 Some(Self {
                     robot: scenario.player(&rule.robot)?,
                     other: scenario.player(&rule.other)?,
+                    gone_ns: gone_ns(&rule.other),
                     rule: rule.clone(),
                     checked_ns: 0,
                     broken_ns: 0,
@@ -63,6 +75,9 @@ impl Rule {
             { rule.coordination.as_ref() }
                 .is_none_or(|own| look.observations.coordinated(&own.net, truth.time_ns))
         };
+        if self.gone_ns.is_some_and(|gone_ns| truth.time_ns >= gone_ns) {
+            return;
+        }
         if self.robot != look.robot || !rule.area.region.contains(at_m.into()) || !coordinated() {
             return;
         }

@@ -12,14 +12,16 @@ const ORDER_NS: u64 = 300_000_000;
 ///
 /// Each journal counts fences of its own. Of one area and journal no two robots get the same, and a grant that was asked for
 /// after another one was heard has a larger one than that. Those under way at the same time may be heard in any order. Where an older copy
-/// of a journal is in use nothing is asked.
+/// of a journal is in use nothing is asked, nor of what is first heard of when it is over: a robot that is registered anew says so of what
+/// an earlier journal gave it.
 #[must_use]
 pub fn fences_not_grown(scenario: &Scenario, ownings: &[Owning]) -> Vec<(String, u64, String)> {
     if scenario.uses_older_journal() {
         return Vec::new();
     }
     let mut by_area: BTreeMap<_, Vec<&Owning>> = BTreeMap::new();
-    for own in ownings {
+    let held = |own: &&Owning| own.released_ns != Some(own.granted_ns);
+    for own in ownings.iter().filter(held) {
         let key = (own.area.as_str(), own.journal);
         by_area.entry(key).or_default().push(own);
     }

@@ -39,6 +39,9 @@ fn fences_that_do_not_grow_are_found_when_it_is_not_only_the_order_of_hearing() 
     let of_b = vec![("b".to_owned(), 2000)];
     assert_eq!(found(&scenario, &b(4, 1400)), of_b, "smaller");
     assert_eq!(found(&scenario, &b(5, 1400)), of_b, "the same");
+    let mut over = b(5, 1400);
+    over[0].released_ns = Some(over[0].granted_ns);
+    assert_eq!(found(&scenario, &over), [], "of another journal");
     assert_eq!(
         found(&scenario, &b(5, 900)),
         of_b,

@@ -258,6 +258,14 @@ fn what_must_be_true_during_something_is_checked_as_long_as_that_lasts() {
     );
     observe(&mut judge, 1, &truth(60, 3.0, -0.5), &observations);
     assert_eq!((rules(&judge), judge.rules()[0].broken_s), (1, 0.02));
+    // Nothing is asked of who was carried away.
+    let absent = "at_s = 0.05\nfor_s = 1.0\nwhat = \"absent\"\nrobot = \"amr-1\"";
+    scenario.faults = vec![toml::from_str(absent).expect("a fault")];
+    let mut judge = Judge::new(&scenario, 0, true);
+    observe(&mut judge, 0, &truth(60, 30.0, 0.0), &observations);
+    observe(&mut judge, 1, &truth(60, 3.0, -0.5), &observations);
+    observe(&mut judge, 1, &truth(80, 3.0, -0.5), &observations);
+    assert_eq!(rules(&judge), 0);
 }
 
 #[test]

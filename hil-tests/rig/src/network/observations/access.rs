@@ -78,6 +78,8 @@ struct AccessRun {
     /// In the lists of all.
     owning: Option<usize>,
     waiting: Option<usize>,
+    /// An operator has cleared the area of it.
+    cleared: bool,
 }
 
 /// All areas of all robots.
@@ -216,9 +218,43 @@ impl Accesses {
     /// The robot no longer has the area, nor waits for it.
     pub(super) fn give_up(&mut self, robot: &str, area: &str, at_ns: u64) {
         let key = (robot.to_owned(), area.to_owned());
-        if let Some(run) = self.runs.get(&key) {
-            close(&mut self.ownings, &mut self.waitings, run, at_ns);
+        if let Some(run) = self.runs.get_mut(&key) {
+            run.cleared |= close(&mut self.ownings, &mut self.waitings, run, at_ns);
         }
+    }
+
+    /// Takes in that the mediator says that a robot has an area: also one that was cleared of it before the robot said that it has it,
+    /// as where a mediator has lost its journal.
+    pub(super) fn confirm(
+        &mut self,
+        robot: &str,
+        area: &str,
+        level: &Level,
+        (journal, fence): (u64, u64),
+        at_ns: u64,
+    ) {
+        let key = (robot.to_owned(), area.to_owned());
+        let Some(run) = self.runs.get_mut(&key) else {
+            return;
+        };
+        let has = (GRANTED..RELEASED).contains(&level.progress) && level.path != RETURNING;
+        let same = (level.run, level.progress, fence) == (run.run, run.progress, run.fence);
+        if !(run.cleared && has && same) {
+            return;
+        }
+        run.cleared = false;
+        run.owning = Some(self.ownings.len());
+        self.ownings.push(Owning {
+            area: area.to_owned(),
+            robot: robot.to_owned(),
+            fence,
+            journal,
+            requested_ns: None,
+            granted_ns: at_ns,
+            entered_ns: (level.progress >= ENTERED_OR_RETURNED).then_some(at_ns),
+            released_ns: None,
+            returned: false,
+        });
     }
 
     /// Whether the other robots fill the area.

@@ -159,6 +159,14 @@ fn an_operator_takes_a_robot_out_of_an_area() {
     observations.answer(&hears("a", "2", level(1, 0, 2), 1, ""), 1);
     observations.cleared("2", &["a"], 7);
     assert_eq!(observations.ownings()[0].released_ns, Some(7));
+    // Its mediator has believed the robot since.
+    observations.cleared("2", &["a"], 8);
+    observations.report(&says("a", "2", level(1, 0, 2), 1), 9);
+    assert!(!observations.had("a", "2", 9, 0), "it says so alone");
+    observations.answer(&hears("a", "2", level(1, 0, 2), 1, ""), 10);
+    assert!(observations.had("a", "2", 11, 0));
+    observations.answer(&hears("a", "2", level(1, 0, 2), 1, ""), 12);
+    assert_eq!(observations.ownings().len(), 2);
 }
 
 fn control(number: u64, progress: u32, with_flags: bool) -> Option<Control> {
