@@ -35,7 +35,7 @@ pub enum RestoreError {
     },
     /// Robots follow no mediator whose journal has the number 0.
     #[error(
-        "the journal has the number 0, and robots follow no mediator without a journal's number"
+        "the journal has the number 0, with which robots follow no mediator: begin a new journal when every robot stands still"
     )]
     Nameless,
 }
