@@ -1,6 +1,6 @@
 //! The shipped files, edited into broken ones, and what must be said about them.
 
-#![allow(dead_code, reason = "each test file uses its own part")]
+#![allow(dead_code, reason = "each test program uses its own part")]
 
 pub mod mutation;
 

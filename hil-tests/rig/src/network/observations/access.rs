@@ -225,14 +225,7 @@ impl Accesses {
 
     /// Takes in that the mediator says that a robot has an area: also one that was cleared of it before the robot said that it has it,
     /// as where a mediator has lost its journal.
-    pub(super) fn confirm(
-        &mut self,
-        robot: &str,
-        area: &str,
-        level: &Level,
-        (journal, fence): (u64, u64),
-        at_ns: u64,
-    ) {
+    pub(super) fn confirm(&mut self, robot: &str, area: &str, level: &Level, fence: u64) {
         let key = (robot.to_owned(), area.to_owned());
         let Some(run) = self.runs.get_mut(&key) else {
             return;
@@ -242,19 +235,13 @@ impl Accesses {
         if !(run.cleared && has && same) {
             return;
         }
-        run.cleared = false;
-        run.owning = Some(self.ownings.len());
-        self.ownings.push(Owning {
-            area: area.to_owned(),
-            robot: robot.to_owned(),
+        // As if it had only asked for it: `learn` takes the grant in anew.
+        *run = AccessRun {
+            run: run.run,
+            progress: REQUESTED,
             fence,
-            journal,
-            requested_ns: None,
-            granted_ns: at_ns,
-            entered_ns: (level.progress >= ENTERED_OR_RETURNED).then_some(at_ns),
-            released_ns: None,
-            returned: false,
-        });
+            ..AccessRun::default()
+        };
     }
 
     /// Whether the other robots fill the area.

@@ -182,7 +182,7 @@ impl Observations {
             let Some(level) = &grant.level else { continue };
             let full = self.accesses.is_full_for(robot, &grant.area);
             let by = (source.journal, grant.fence);
-            (self.accesses).confirm(robot, &grant.area, level, by, at_ns);
+            (self.accesses).confirm(robot, &grant.area, level, grant.fence);
             let deeds = (self.accesses).learn(robot, &grant.area, level, by, at_ns);
             self.accesses.explain(robot, &grant.area, &grant.waits_for);
             let waits = !grant.waits_for.is_empty();
