@@ -2,7 +2,9 @@
 
 mod bad_days;
 mod bench;
+mod figures;
 mod fleets;
+mod held;
 mod late;
 mod stranger;
 mod turn;

@@ -15,6 +15,7 @@ use rig::testbed::{BusPlace, Devices, start_pose, world};
 use sim::world::{Pose, SharedWorld};
 use tempfile::TempDir;
 
+use crate::figures::ThreadFigures;
 use crate::late;
 use crate::turn::Turn;
 
@@ -236,6 +237,15 @@ impl Bench {
         assert!(said(&output).contains(reason), "{}", said(&output));
     }
 
+    /// How the robot's threads do.
+    pub fn threads(&self) -> Vec<ThreadFigures> {
+        ThreadFigures::of(&self.runtime(), ROBOT)
+    }
+
+    fn runtime(&self) -> Runtime {
+        Runtime::new(Some(self.runtime_folder())).expect("the runtime folder")
+    }
+
     /// What the robot published last.
     pub fn published(&self) -> RobotState {
         let observations = self.listener.observations();
@@ -261,7 +271,7 @@ impl Bench {
 
     /// Names in shared memory and in the runtime folder; folders without a file in them say nothing.
     pub fn left_behind(&self) -> Vec<String> {
-        let runtime = Runtime::new(Some(self.runtime_folder())).expect("the runtime folder");
+        let runtime = self.runtime();
         let prefix = runtime.place().prefix;
         let shared = fs::read_dir("/dev/shm").into_iter().flatten().flatten();
         let mut names: Vec<String> = shared

@@ -6,15 +6,13 @@ use std::os::unix::net::UnixDatagram;
 use std::process::{Child, Stdio};
 use std::time::{Duration, Instant};
 
-use nix::sys::ptrace;
-use nix::sys::wait::{WaitPidFlag, waitpid};
-use nix::unistd::Pid;
 use rustix::process::{Signal, kill_process};
 use sim::rt::monotonic_ns;
 
 use crate::bad_days::bench::Bench;
-use crate::bad_days::figures::{ThreadFigures, all_keep_their_time};
 use crate::bad_days::watch::SURELY_STANDS;
+use crate::figures::all_keep_their_time;
+use crate::held::HeldThread;
 use crate::late::once_more_if_late;
 
 /// A pipe with less than a long line free is full.
@@ -169,7 +167,7 @@ fn a_log_that_nobody_takes_holds_up_nothing() {
         let mut robot = Running(command.spawn().expect("it starts"));
         let log = robot.0.stderr.take().expect("piped");
         bench.until_driving();
-        let before = ThreadFigures::of_all(&bench);
+        let before = bench.threads();
         bench.until("the pipe is full", Duration::from_secs(30), |bench| {
             // Something to say, if there is nothing else.
             bench.ask("resume");
@@ -177,7 +175,7 @@ fn a_log_that_nobody_takes_holds_up_nothing() {
             waiting + FREE_BYTES >= rustix::pipe::fcntl_getpipe_size(&log).expect("a pipe") as u64
         });
         std::thread::sleep(Duration::from_secs(1));
-        all_keep_their_time(&bench, &before);
+        all_keep_their_time(&before, &bench.threads());
         bench.is_stopped(Duration::from_millis(250), |bench| bench.ask("stop"));
         bench.ask("reset");
         bench.until_driving();
@@ -282,34 +280,6 @@ fn a_service_manager_hears_no_more_of_a_program_with_a_thread_that_hangs() {
         kill_process(pid, Signal::TERM).expect("it runs");
         assert!(robot.0.wait().expect("ended").success());
     });
-}
-
-/// A thread that does not run, while the others of its process do.
-struct HeldThread(Pid);
-
-impl HeldThread {
-    fn of(process: u32, name: &str) -> Self {
-        let tasks = fs::read_dir(format!("/proc/{process}/task")).expect("it runs");
-        let is_it = |task: &fs::DirEntry| {
-            let comm = fs::read_to_string(task.path().join("comm"));
-            comm.is_ok_and(|comm| comm.trim() == name)
-        };
-        let task = { tasks.flatten() }.find(is_it);
-        let number = task.expect("it has such a thread").file_name();
-        let thread = Pid::from_raw(number.to_string_lossy().parse().expect("a number"));
-        ptrace::seize(thread, ptrace::Options::empty()).expect("ours");
-        let held = Self(thread);
-        ptrace::interrupt(thread).expect("it runs");
-        waitpid(thread, Some(WaitPidFlag::__WALL)).expect("it stops");
-        held
-    }
-}
-
-impl Drop for HeldThread {
-    /// A process whose thread is held cannot be waited for.
-    fn drop(&mut self) {
-        let _ = ptrace::detach(self.0, None);
-    }
 }
 
 #[test]

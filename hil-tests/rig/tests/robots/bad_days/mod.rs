@@ -1,8 +1,9 @@
 //! Bad days, through the real programs: the robot is a process, its devices speak their protocols, and what happened
 //! is judged by the world's truth.
 //!
-//! - [`bench`] puts world, devices and robot up; [`watch`] waits for and judges what is true; [`figures`] asks how its
-//!   threads do; [`turn`](crate::turn) lets robots run one for each core; [`late`](crate::late) knows when the machine was to blame;
+//! - [`bench`] puts world, devices and robot up; [`watch`] waits for and judges what is true; [`figures`](crate::figures) asks how its
+//!   threads do, and [`held`](crate::held) keeps one from its work; [`turn`](crate::turn) lets robots run one for each core;
+//!   [`late`](crate::late) knows when the machine was to blame;
 //! - [`lidar`], [`bus`], [`drive`]: devices and the world misbehave;
 //! - [`death`]: the robot is killed or told to end; [`names`]: what it needs is taken; [`files`]: its files are wrong;
 //! - [`operator`], [`orders`]: requests while it drives; [`by_hand`]: somebody drives it; [`doors`]: other users ask;
@@ -17,7 +18,6 @@ mod by_hand;
 mod death;
 mod doors;
 mod drive;
-mod figures;
 mod files;
 mod laps;
 mod lidar;

@@ -1,4 +1,5 @@
-//! The computer has more to do than it has time for, and so would the robots of other tests: these have none beside them.
+//! The computer has more to do than it has time for, or its disk or its network hangs. So would the robots of other tests: these have
+//! none beside them.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -7,7 +8,9 @@ use rig::bench::place::{Place, cores};
 use rig::threads::Threads;
 
 use crate::bad_days::bench::Bench;
-use crate::bad_days::figures::{ThreadFigures, all_keep_their_time};
+use crate::bad_days::watch::SURELY_STANDS;
+use crate::figures::all_keep_their_time;
+use crate::held::HeldThread;
 use crate::late::once_more_if_late;
 
 /// Above all threads of robots and devices.
@@ -36,16 +39,26 @@ fn hogs(priority: Option<u8>, works: Duration, rests: Duration) -> Threads {
     hogs
 }
 
+/// Whatever it has latched.
+fn goes_on(bench: &mut Bench) {
+    let began = Instant::now();
+    while !bench.ctl("reset").status.success() {
+        assert!(began.elapsed() < Duration::from_secs(10));
+        std::thread::sleep(Duration::from_millis(200));
+    }
+    bench.until_driving();
+}
+
 #[test]
 fn work_of_others_on_the_same_cores_does_not_hold_it_up() {
     once_more_if_late(|| {
         let mut bench = Bench::driving_alone();
         bench.until_fast();
-        let before = ThreadFigures::of_all(&bench);
+        let before = bench.threads();
         let hogs = hogs(None, Duration::from_secs(1), Duration::ZERO);
         bench.drives_for(Duration::from_secs(5));
         assert!(!bench.publishes("overruns") && !bench.publishes("command-stale"));
-        all_keep_their_time(&bench, &before);
+        all_keep_their_time(&before, &bench.threads());
         drop(hogs);
         bench.finish();
     });
@@ -62,14 +75,38 @@ fn one_that_gets_no_time_stops_and_goes_on_after_a_reset_when_it_has_time_again(
         bench.until_standing(STOPS_WITHIN);
         bench.stands_for(Duration::from_secs(1));
         drop(hogs);
-        // Whatever it has latched.
-        let began = Instant::now();
-        while !bench.ctl("reset").status.success() {
-            assert!(began.elapsed() < Duration::from_secs(10));
-            std::thread::sleep(Duration::from_millis(200));
-        }
-        bench.until_driving();
+        goes_on(&mut bench);
         assert!(bench.truth().collisions == 0);
+        bench.finish();
+    });
+}
+
+#[test]
+fn a_disk_that_hangs_costs_no_thread_its_time_and_stops_it_since_it_would_be_forgotten() {
+    once_more_if_late(|| {
+        let mut bench = Bench::driving_alone();
+        let before = bench.threads();
+        let held = HeldThread::at_its_disk(bench.process().id(), "checkpoint");
+        bench.until_published("note-unwritten", STOPS_WITHIN);
+        bench.until_standing(SURELY_STANDS);
+        all_keep_their_time(&before, &bench.threads());
+        drop(held);
+        bench.until_driving();
+        bench.finish();
+    });
+}
+
+#[test]
+fn a_network_that_hangs_costs_no_thread_its_time_and_stops_it_since_nobody_hears_it() {
+    once_more_if_late(|| {
+        let mut bench = Bench::driving_alone();
+        let before = bench.threads();
+        let held = HeldThread::of(bench.process().id(), "communication");
+        bench.until_standing(STOPS_WITHIN);
+        bench.stands_for(Duration::from_secs(1));
+        all_keep_their_time(&before, &bench.threads());
+        drop(held);
+        goes_on(&mut bench);
         bench.finish();
     });
 }

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use crate::bad_days::bench::Bench;
-use crate::bad_days::figures::{ThreadFigures, added};
+use crate::figures::added;
 use crate::late::once_more_if_late;
 
 const MINUTE: Duration = Duration::from_secs(60);
@@ -17,12 +17,12 @@ const MOST_FAULTS: u64 = 10;
 fn for_a_minute_no_real_time_thread_allocates_makes_a_foreign_system_call_or_waits_for_a_page() {
     once_more_if_late(|| {
         let bench = Bench::driving();
-        let before = ThreadFigures::of_all(&bench);
+        let before = bench.threads();
         let way_m = bench.truth().distance_m;
         std::thread::sleep(MINUTE);
         assert!(bench.truth().distance_m > way_m + 1.0, "it has not driven");
         let locked = !bench.log().contains("memory is not");
-        for thread in added(&bench, &before) {
+        for thread in added(&before, &bench.threads()) {
             // The lidar has a cycle for each scan, communication for each message.
             let least = match thread.name.as_str() {
                 "communication" => 0,

@@ -1,10 +1,13 @@
-//! The mediator or a robot is killed.
+//! The mediator or a robot is killed, or hangs.
 
 use std::time::Duration;
 
+use rig::process::mediator::MediatorProcess;
 use rig::run::Ending;
+use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value as Json;
 
+use crate::figures::{ThreadFigures, all_keep_their_time};
 use crate::fleets::bench::{Bench, Run, has, overtaking, waits};
 use crate::late::once_more_if_late;
 
@@ -123,4 +126,50 @@ fn the_areas_of_a_robot_that_is_killed_stay_blocked_until_an_operator_clears_the
         let violations = summary["violations"].as_array().expect("a list");
         assert!(violations.is_empty(), "{violations:?}");
     });
+}
+
+#[test]
+fn a_mediator_that_hangs_costs_no_robot_its_time() {
+    once_more_if_late(|| {
+        let mut bench = Bench::start(overtaking());
+        bench.until("both have where they stand", START, |run| {
+            has(run, "amr-1", "6") && has(run, "amr-2", "4")
+        });
+        let robots = ["amr-1", "amr-2"];
+        let threads = |run: &Run| robots.map(|robot| ThreadFigures::of(run.stage.runtime(), robot));
+        let before = threads(&bench.run);
+        signal_mediator(&bench.run, Signal::STOP);
+        bench.until("both hear nothing", START, |run| {
+            robots.iter().all(|robot| hears_nothing(run, robot))
+        });
+        // They go as far as they may, and no farther.
+        bench.holds_for(
+            "nobody enters what is not its own",
+            Duration::from_secs(8),
+            |run| run.judge.violations().is_empty(),
+        );
+        for (before, after) in before.iter().zip(&threads(&bench.run)) {
+            all_keep_their_time(before, after);
+        }
+        signal_mediator(&bench.run, Signal::CONT);
+        bench.until("both hear it again", START, |run| {
+            !robots.iter().any(|robot| hears_nothing(run, robot))
+        });
+        let (_, summary, _) = bench.finish(&Ending::Interrupted);
+        assert_eq!(summary["violations"], serde_json::json!([]), "{summary:#}");
+    });
+}
+
+fn signal_mediator(run: &Run, signal: Signal) {
+    let mediator = run.stage.mediator.as_ref().and_then(MediatorProcess::id);
+    let mediator = mediator.and_then(|id| Pid::from_raw(id.cast_signed()));
+    kill_process(mediator.expect("it runs"), signal).expect("ours");
+}
+
+fn hears_nothing(run: &Run, robot: &str) -> bool {
+    let observations = run.stage.listener.observations();
+    observations.said(robot).is_some_and(|said| {
+        let mut faults = said.state.faults.iter();
+        faults.any(|fault| fault.name == "mediator-silent" && fault.active)
+    })
 }

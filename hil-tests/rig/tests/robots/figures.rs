@@ -1,8 +1,9 @@
 //! What the threads of a robot report of themselves.
 
+use onboard::process::inspect;
+use onboard::process::runtime::Runtime;
 use serde_json::Value as Json;
 
-use crate::bad_days::bench::{Bench, ROBOT, onboard, said};
 use crate::late::note_late;
 
 /// As the robot file has them.
@@ -24,14 +25,10 @@ pub struct ThreadFigures {
 }
 
 impl ThreadFigures {
-    /// Those of all threads, in an order that does not change.
-    pub fn of_all(bench: &Bench) -> Vec<Self> {
-        let runtime = bench.runtime_folder();
-        let runtime = runtime.to_str().expect("a plain path");
-        let inspect = ["inspect", "thread_report", "--json", "--robot", ROBOT];
-        let output = onboard(&[&inspect[..], &["--runtime", runtime]].concat());
-        assert!(output.status.success(), "{}", said(&output));
-        let seen: Json = serde_json::from_slice(&output.stdout).expect("JSON");
+    /// Those of all threads of a robot, in an order that does not change.
+    pub fn of(runtime: &Runtime, robot: &str) -> Vec<Self> {
+        let seen = inspect::snapshot(runtime, robot);
+        let seen = seen.unwrap_or_else(|failure| panic!("{robot}: {failure:?}"));
         let symbols = seen["symbols"].as_array().expect("a list").iter();
         let reports = symbols.filter(|symbol| symbol["datatype"] == "thread_report");
         let all: Vec<Self> = reports.map(Self::read).collect();
@@ -69,9 +66,9 @@ impl ThreadFigures {
     }
 }
 
-/// Since then all real-time threads have kept their time.
-pub fn all_keep_their_time(bench: &Bench, before: &[ThreadFigures]) {
-    for thread in added(bench, before) {
+/// All real-time threads have kept their time between the one and the other.
+pub fn all_keep_their_time(before: &[ThreadFigures], after: &[ThreadFigures]) {
+    for thread in added(before, after) {
         let share = thread.missed as f64 / thread.cycles.max(1) as f64;
         let keeps_its_time = !thread.is_real_time || share < MISSED_SHARE;
         if !keeps_its_time {
@@ -81,9 +78,8 @@ pub fn all_keep_their_time(bench: &Bench, before: &[ThreadFigures]) {
     }
 }
 
-/// What was added to each since.
-pub fn added(bench: &Bench, before: &[ThreadFigures]) -> Vec<ThreadFigures> {
-    let after = ThreadFigures::of_all(bench);
+/// What was added to each.
+pub fn added(before: &[ThreadFigures], after: &[ThreadFigures]) -> Vec<ThreadFigures> {
     let pairs = after.iter().zip(before);
     pairs.map(|(after, before)| after.since(before)).collect()
 }
