@@ -196,12 +196,6 @@ impl Stage {
         self.folder.path()
     }
 
-    /// Where its robots' names are.
-    #[must_use]
-    pub fn runtime(&self) -> &Runtime {
-        &self.runtime
-    }
-
     /// Plays the operator: resets robots that latched because the machine stalled, and notes one that latched otherwise.
     fn look_after(&mut self) {
         let (place, now_ns) = (self.runtime.place(), monotonic_ns());

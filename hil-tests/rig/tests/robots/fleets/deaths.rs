@@ -2,6 +2,7 @@
 
 use std::time::Duration;
 
+use onboard::process::runtime::Runtime;
 use rig::process::mediator::MediatorProcess;
 use rig::run::Ending;
 use rustix::process::{Pid, Signal, kill_process};
@@ -136,8 +137,9 @@ fn a_mediator_that_hangs_costs_no_robot_its_time() {
             has(run, "amr-1", "6") && has(run, "amr-2", "4")
         });
         let robots = ["amr-1", "amr-2"];
-        let threads = |run: &Run| robots.map(|robot| ThreadFigures::of(run.stage.runtime(), robot));
-        let before = threads(&bench.run);
+        let runtime = Runtime::new(Some(bench.run.stage.folder().join("run"))).expect("a folder");
+        let threads = || robots.map(|robot| ThreadFigures::of(&runtime, robot));
+        let before = threads();
         signal_mediator(&bench.run, Signal::STOP);
         bench.until("both hear nothing", START, |run| {
             robots.iter().all(|robot| hears_nothing(run, robot))
@@ -148,7 +150,7 @@ fn a_mediator_that_hangs_costs_no_robot_its_time() {
             Duration::from_secs(8),
             |run| run.judge.violations().is_empty(),
         );
-        for (before, after) in before.iter().zip(&threads(&bench.run)) {
+        for (before, after) in before.iter().zip(&threads()) {
             all_keep_their_time(before, after);
         }
         signal_mediator(&bench.run, Signal::CONT);

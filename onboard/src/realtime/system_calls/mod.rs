@@ -3,51 +3,20 @@
 //! When the environment variable [`ENVIRONMENT_VARIABLE`] is set, each real-time thread gives the kernel a filter (seccomp). Calls
 //! of [`ALLOWED`] pass at full speed. Every other one waits until a thread of this process has looked: inside
 //! [`guard::real_time`] it aborts the process and says which thread called what; outside, while a bus is
-//! brought up or a device opened, the call goes on. A call is judged by its number: what it reads or writes is not looked at.
+//! brought up or a device opened, the call goes on. So a lock ends the program that another thread has just then, and a line that is
+//! printed: both are calls made with other things than the [rules] say.
+
+mod rules;
 
 use std::io;
-use std::mem::offset_of;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
 use std::sync::mpsc;
 
-use libc::{BPF_ABS, BPF_JEQ, BPF_JMP, BPF_K, BPF_LD, BPF_RET, BPF_W, c_long, sock_filter};
-
 use super::guard::{self, Mark};
+use rules::ALLOWED;
 
 /// Set to anything but `0` to arm the guard.
 pub const ENVIRONMENT_VARIABLE: &str = "ONBOARD_SYSTEM_CALL_GUARD";
-
-/// What a real-time thread may call in state running, and for what.
-pub const ALLOWED: &[(&str, c_long)] = &[
-    // Its sleep, to an absolute time.
-    ("clock_nanosleep", libc::SYS_clock_nanosleep),
-    // Waking who waits for its scan, and waiting for one.
-    ("futex", libc::SYS_futex),
-    // Waiting for its own device, to a deadline.
-    ("ppoll", libc::SYS_ppoll),
-    // Its own device: frames, and bytes of the lidar.
-    ("sendto", libc::SYS_sendto),
-    ("recvfrom", libc::SYS_recvfrom),
-    // On 32-bit ARM these have calls of their own.
-    #[cfg(target_arch = "arm")]
-    ("send", libc::SYS_send),
-    #[cfg(target_arch = "arm")]
-    ("recv", libc::SYS_recv),
-    ("read", libc::SYS_read),
-    ("write", libc::SYS_write),
-    // The time, where the kernel has no page for it.
-    ("clock_gettime", libc::SYS_clock_gettime),
-    // The same with times of 64 bits, where that is another call: one number on every such processor, which the crate `libc` does not
-    // know for all of them (Linux, `include/uapi/asm-generic/unistd.h`).
-    #[cfg(target_pointer_width = "32")]
-    ("clock_gettime64", 403),
-    #[cfg(target_pointer_width = "32")]
-    ("clock_nanosleep_time64", 407),
-    #[cfg(target_pointer_width = "32")]
-    ("ppoll_time64", 414),
-    #[cfg(target_pointer_width = "32")]
-    ("futex_time64", 422),
-];
 
 /// Whether the environment asks for the guard.
 #[must_use]
@@ -83,7 +52,7 @@ pub fn guard_this_thread(name: &str) -> io::Result<()> {
 
 /// `seccomp(2)` for this thread alone.
 fn filter_this_thread() -> io::Result<OwnedFd> {
-    let mut filter = program();
+    let mut filter = rules::filter();
     let program = libc::sock_fprog {
         len: u16::try_from(filter.len()).expect("a few instructions for each allowed call"),
         filter: filter.as_mut_ptr(),
@@ -106,28 +75,6 @@ fn filter_this_thread() -> io::Result<OwnedFd> {
         Ok(listener) if listener >= 0 => Ok(unsafe { OwnedFd::from_raw_fd(listener) }),
         _ => Err(io::Error::last_os_error()),
     }
-}
-
-/// Allowed numbers pass, and all others ask.
-fn program() -> Vec<sock_filter> {
-    let instruction = |code: u32, k: u32, skip_if_not: u8| sock_filter {
-        code: code as u16,
-        jt: 0,
-        jf: skip_if_not,
-        k,
-    };
-    let number = offset_of!(libc::seccomp_data, nr) as u32;
-    let mut program = vec![instruction(BPF_LD | BPF_W | BPF_ABS, number, 0)];
-    for (_, call) in ALLOWED {
-        program.push(instruction(BPF_JMP | BPF_JEQ | BPF_K, *call as u32, 1));
-        program.push(instruction(BPF_RET | BPF_K, libc::SECCOMP_RET_ALLOW, 0));
-    }
-    program.push(instruction(
-        BPF_RET | BPF_K,
-        libc::SECCOMP_RET_USER_NOTIF,
-        0,
-    ));
-    program
 }
 
 /// A thread whose other calls are looked at.
@@ -163,17 +110,18 @@ impl Watched {
         if unsafe { libc::ioctl(listener, libc::SECCOMP_IOCTL_NOTIF_RECV, &raw mut asked) } != 0 {
             return; // A signal came first; the call will be made again.
         }
+        let number = libc::c_long::from(asked.data.nr);
+        let rule = ALLOWED.iter().find(|call| call.number == number);
+        let is_allowed = rule.is_some_and(|call| call.when.is_met(&asked.data.args));
         // SAFETY: that thread waits for the answer.
-        if unsafe { self.running.holds() } {
+        if !is_allowed && unsafe { self.running.holds() } {
+            let all: Vec<String> = { ALLOWED.iter() }
+                .map(|call| format!("{}{}", call.name, call.when))
+                .collect();
             eprintln!(
-                "guard of system calls: real-time thread {} made call {} in state running; allowed are {}",
+                "guard of system calls: real-time thread {} made call {number} in state running; allowed are {}",
                 self.name,
-                asked.data.nr,
-                ALLOWED
-                    .iter()
-                    .map(|(name, _)| *name)
-                    .collect::<Vec<_>>()
-                    .join(", ")
+                all.join(", ")
             );
             std::process::abort();
         }
