@@ -3,7 +3,7 @@
 use contract::client::{Client, Situation};
 use contract::timing::SILENT_AFTER_NS;
 use mediator::journal::{ClosedRecord, Stored};
-use mediator::manager::Manager;
+use mediator::manager::{Alarm, Manager};
 
 use crate::sites;
 use crate::takeover::talk;
@@ -120,4 +120,38 @@ fn what_it_gave_back_before_it_was_placed_anew_it_has_again() {
     (bay.robots[2].1.wanted, bay.robots[2].1.stands_in) = (Vec::new(), Vec::new());
     bay.talk();
     assert!(bay.robots[0].0.holds(OUT), "{}", bay.why());
+}
+
+/// One of its processes was offered a session and never taken in. Much later, when the one that was is silent, it says where it stands:
+/// it may live, or these are its last words.
+#[test]
+fn who_does_not_speak_for_a_robot_accuses_it_of_nothing() {
+    let mut bay = Bay::new();
+    let (setup, _) = sites::docking();
+    let (_, mut situation) = bay.robots.remove(0);
+    bay.talk();
+    bay.talk();
+    let process = |boot| Client::new("amr-1", &setup.site, boot).on(setup.floor.clone());
+    let mut other = process(8);
+    other.step(situation.clone(), bay.now_ns, SILENT_AFTER_NS);
+    bay.manager.report(&other.report(), bay.now_ns);
+    while let Some(message) = bay.manager.next_message(bay.now_ns) {
+        other.receive(&message, bay.now_ns);
+    }
+    bay.robots.push((process(9), situation.clone()));
+    bay.talk();
+    assert!(bay.robots[2].0.is_registered());
+    bay.robots.pop();
+    bay.talk();
+    bay.talk();
+    let _ = bay.manager.alarms().count();
+    situation.stands_in = vec![OUT.to_owned()];
+    other.step(situation, bay.now_ns, SILENT_AFTER_NS);
+    bay.manager.report(&other.report(), bay.now_ns);
+    bay.manager.tick(bay.now_ns);
+    let alarms: Vec<Alarm> = bay.manager.alarms().collect();
+    assert!(
+        matches!(&alarms[..], [Alarm::BypassedBySecond { robot, area, .. }] if robot == "amr-1" && area == OUT),
+        "{alarms:?}"
+    );
 }

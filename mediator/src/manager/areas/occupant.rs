@@ -86,6 +86,12 @@ impl Occupant {
         self.seconds.are_found_in(area) || self.seconds.are_in(area) && !self.has(area)
     }
 
+    /// Whoever says that it is in the area does not speak for it: another body with its name, or a process that may be its next one or
+    /// has ended.
+    pub(crate) fn is_only_said_to_be_in(&self, area: usize) -> bool {
+        self.has_other_body_in(area) || !self.placed && !self.holds(area)
+    }
+
     /// The one that speaks for it may be in the area.
     pub(crate) fn has(&self, area: usize) -> bool {
         self.holds(area) || self.stands_in(area)

@@ -50,7 +50,7 @@ impl Coordinations {
 
     fn step(&mut self, plan: usize, around: &mut Surroundings<'_>) {
         if let Some((robot, area)) = self.bypass(plan, around.areas) {
-            let is_its_own = !around.areas.robot(robot).has_other_body_in(area);
+            let is_its_own = !around.areas.robot(robot).is_only_said_to_be_in(area);
             let coordination = self.name(plan);
             let (robot, area) = (self.names.robot_id(robot), self.names.area_id(area));
             around.effects.alarms.push(if is_its_own {

@@ -16,7 +16,7 @@ use mediator::manager::CoordinationStatus;
 pub(super) const STEP_MS: u64 = 20;
 const REPORT_MS: u64 = 200;
 /// No message is later than that, but those that come again.
-const LATEST_MS: u64 = 2_000;
+pub(super) const LATEST_MS: u64 = 2_000;
 /// The first mediator has started at 0: long enough before that nobody may still enter what one before it has granted.
 pub(super) const BEGINS_MS: u64 = 10_000;
 

@@ -1,6 +1,6 @@
 //! One mediator, or two at once: their journals, their stops at any point of a step, and what they tell people.
 
-use super::fleet::{BEGINS_MS, Broken, Faults, Fleet, Message, Point, STEP_MS};
+use super::fleet::{BEGINS_MS, Broken, Faults, Fleet, LATEST_MS, Message, Point, STEP_MS};
 use super::floor::Floor;
 use super::journal::{Journal, Left};
 use super::robot::Robot;
@@ -220,7 +220,7 @@ impl Fleet {
     }
 
     /// While this coordination ran, a robot of it was lost or out of reach, and so stood wherever it was; or somebody was where
-    /// nobody knew of.
+    /// nobody knew of; or one has only just begun to hear again what it is to do.
     fn could_not_get_out_of_the_way(&self, named: &str) -> bool {
         let now_ns = self.now_ms * 1_000_000;
         let managers = { self.mediators.iter() }.filter_map(|own| own.manager.as_ref());
@@ -232,7 +232,9 @@ impl Fleet {
             self.second_ms >= begun_ms
                 || robots.any(|robot| {
                     let plays = own.robots.iter().any(|(_, id)| *id == robot.id);
-                    plays && robot.lost_ms >= begun_ms || robot.elsewhere_ms >= begun_ms
+                    let is_deaf = robot.deaf_ms + LATEST_MS >= self.now_ms;
+                    plays && (robot.lost_ms >= begun_ms || is_deaf)
+                        || robot.elsewhere_ms >= begun_ms
                 })
         })
     }

@@ -53,6 +53,8 @@ pub struct Robot {
     pub mistake: Option<(Mistake, u64)>,
     /// When it did not know last where it is, or was out of reach,
     pub lost_ms: u64,
+    /// had no process that takes orders,
+    pub deaf_ms: u64,
     /// was elsewhere than others thought,
     pub elsewhere_ms: u64,
     /// and whether its pose was wrong since it last entered an area.
@@ -166,6 +168,7 @@ impl Robot {
             is_away: false,
             mistake: None,
             lost_ms: 0,
+            deaf_ms: 0,
             elsewhere_ms: 0,
             was_mistaken: false,
             came: (route[leg], 0),
@@ -357,7 +360,14 @@ impl Robot {
             Some(Mistake::Elsewhere(spot)) => stands_in.clone_from(&floor.spots[spot]),
             None => {}
         }
-        let Some(process) = &mut self.process else {
+        let process = self.process.as_mut();
+        if !process
+            .as_ref()
+            .is_some_and(|own| own.client.is_registered())
+        {
+            self.deaf_ms = now_ms;
+        }
+        let Some(process) = process else {
             return false;
         };
         let arrived = crossing.is_none();
