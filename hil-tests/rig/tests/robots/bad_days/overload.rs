@@ -1,5 +1,5 @@
-//! The computer has more to do than it has time for, or its disk or its network hangs. So would the robots of other tests: these have
-//! none beside them.
+//! The computer has more to do than it has time for, as the robots of other tests would have: these have none beside them. Or its disk or
+//! its network hangs.
 
 use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
@@ -84,7 +84,7 @@ fn one_that_gets_no_time_stops_and_goes_on_after_a_reset_when_it_has_time_again(
 #[test]
 fn a_disk_that_hangs_costs_no_thread_its_time_and_stops_it_since_it_would_be_forgotten() {
     once_more_if_late(|| {
-        let mut bench = Bench::driving_alone();
+        let mut bench = Bench::driving();
         let before = bench.threads();
         let held = HeldThread::at_its_disk(bench.process().id(), "checkpoint");
         bench.until_published("note-unwritten", STOPS_WITHIN);
@@ -99,7 +99,7 @@ fn a_disk_that_hangs_costs_no_thread_its_time_and_stops_it_since_it_would_be_for
 #[test]
 fn a_network_that_hangs_costs_no_thread_its_time_and_stops_it_since_nobody_hears_it() {
     once_more_if_late(|| {
-        let mut bench = Bench::driving_alone();
+        let mut bench = Bench::driving();
         let before = bench.threads();
         let held = HeldThread::of(bench.process().id(), "communication");
         bench.until_standing(STOPS_WITHIN);
