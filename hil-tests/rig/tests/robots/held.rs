@@ -14,7 +14,16 @@ pub struct HeldThread(Pid);
 impl HeldThread {
     /// The thread of this name, wherever it is; until this is dropped.
     pub fn of(process: u32, name: &str) -> Self {
-        let held = Self::seized(process, name);
+        let tasks = fs::read_dir(format!("/proc/{process}/task")).expect("it runs");
+        let is_it = |task: &fs::DirEntry| {
+            let comm = fs::read_to_string(task.path().join("comm"));
+            comm.is_ok_and(|comm| comm.trim() == name)
+        };
+        let task = { tasks.flatten() }.find(is_it);
+        let number = task.expect("it has such a thread").file_name();
+        let thread = Pid::from_raw(number.to_string_lossy().parse().expect("a number"));
+        ptrace::seize(thread, ptrace::Options::empty()).expect("ours");
+        let held = Self(thread);
         ptrace::interrupt(held.0).expect("it runs");
         waitpid(held.0, Some(WaitPidFlag::__WALL)).expect("it stops");
         held
@@ -40,19 +49,6 @@ impl HeldThread {
                 return held;
             }
         }
-    }
-
-    fn seized(process: u32, name: &str) -> Self {
-        let tasks = fs::read_dir(format!("/proc/{process}/task")).expect("it runs");
-        let is_it = |task: &fs::DirEntry| {
-            let comm = fs::read_to_string(task.path().join("comm"));
-            comm.is_ok_and(|comm| comm.trim() == name)
-        };
-        let task = { tasks.flatten() }.find(is_it);
-        let number = task.expect("it has such a thread").file_name();
-        let thread = Pid::from_raw(number.to_string_lossy().parse().expect("a number"));
-        ptrace::seize(thread, ptrace::Options::empty()).expect("ours");
-        Self(thread)
     }
 }
 

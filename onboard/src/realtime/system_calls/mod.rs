@@ -1,10 +1,10 @@
 //! The guard of system calls: proof, in the running program, that real-time threads make none but their own.
 //!
 //! When the environment variable [`ENVIRONMENT_VARIABLE`] is set, each real-time thread gives the kernel a filter (seccomp). Calls
-//! of [`rules::ALLOWED`] pass at full speed. Every other one waits until a thread of this process has looked: inside
-//! [`guard::real_time`] it aborts the process and says which thread called what; outside, while a bus is
-//! brought up or a device opened, the call goes on. So a lock ends the program that another thread has just then, and a line that is
-//! printed: both are calls made with other things than the [rules] say.
+//! of [`rules::ALLOWED`] pass at full speed, but for a write, of which only this process can see to what it goes. Every other one waits
+//! until a thread of this process has looked: inside [`guard::real_time`] it aborts the process and says which thread called what;
+//! outside, while a bus is brought up or a device opened, the call goes on. So a lock ends the program that another thread has just
+//! then, and a line that is printed: both are calls made with other things than the [rules] say.
 
 pub mod rules;
 

@@ -94,6 +94,15 @@ fn says_how_it_went(summary: &Json) {
     assert!(count(&area["owners"]) >= 2, "{area}");
 }
 
+/// Overtaking, where both robots have the area in which they stand.
+fn both_where_they_begin() -> Bench {
+    let mut bench = Bench::start(overtaking());
+    bench.until("both have where they stand", START, |run| {
+        has(run, "amr-1", "6") && has(run, "amr-2", "4")
+    });
+    bench
+}
+
 fn restart(bench: &mut Bench) {
     let started = bench.run.start_mediator_again();
     assert!(started.is_ok(), "{started:?}");
@@ -102,11 +111,8 @@ fn restart(bench: &mut Bench) {
 #[test]
 fn the_areas_of_a_robot_that_is_killed_stay_blocked_until_an_operator_clears_them() {
     once_more_if_late(|| {
-        let mut bench = Bench::start(overtaking());
+        let mut bench = both_where_they_begin();
         // The emergency robot is behind the other one, and wants to go where that is.
-        bench.until("both have where they stand", START, |run| {
-            has(run, "amr-1", "6") && has(run, "amr-2", "4")
-        });
         bench.run.kill_robot(0);
         bench.until("amr-2 asks for area 6", START, |run| {
             waits(run, "amr-2", "6")
@@ -132,10 +138,7 @@ fn the_areas_of_a_robot_that_is_killed_stay_blocked_until_an_operator_clears_the
 #[test]
 fn a_mediator_that_hangs_costs_no_robot_its_time() {
     once_more_if_late(|| {
-        let mut bench = Bench::start(overtaking());
-        bench.until("both have where they stand", START, |run| {
-            has(run, "amr-1", "6") && has(run, "amr-2", "4")
-        });
+        let mut bench = both_where_they_begin();
         let robots = ["amr-1", "amr-2"];
         let runtime = Runtime::new(Some(bench.run.stage.folder().join("run"))).expect("a folder");
         let threads = || robots.map(|robot| ThreadFigures::of(&runtime, robot));
