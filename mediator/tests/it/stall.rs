@@ -1,11 +1,12 @@
 //! A disk that takes 50 ms for each write, and then 2 s for one: what robots said meanwhile counts, and what operators gave up does
 //! not. The disk moves the clock.
 
+use std::cell::RefCell;
 use std::collections::BTreeMap;
 use std::io::{self, Write};
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::mpsc::{Receiver, channel};
-use std::sync::{Arc, Mutex, MutexGuard};
+use std::sync::{Arc, Mutex, MutexGuard, Once};
 use std::time::Duration;
 
 use contract::client::{Client, Situation};
@@ -74,19 +75,38 @@ impl redb::StorageBackend for Disk {
     }
 }
 
-#[derive(Clone, Default)]
-struct Log(Arc<Mutex<Vec<u8>>>);
+thread_local! {
+    static LOG: RefCell<Option<Vec<u8>>> = const { RefCell::new(None) };
+}
+
+/// Keeps what is logged by threads that ask for it, each its own. A subscriber of one thread would not do: a line that another test
+/// logs first may be switched off for good.
+struct Log;
 
 impl Log {
-    fn text(&self) -> String {
-        let bytes = self.0.lock().expect("nobody panics");
-        String::from_utf8_lossy(&bytes).into_owned()
+    fn of(run: impl FnOnce()) -> String {
+        static SUBSCRIBED: Once = Once::new();
+        SUBSCRIBED.call_once(|| {
+            let subscriber = tracing_subscriber::fmt()
+                .with_ansi(false)
+                .with_writer(|| Self)
+                .finish();
+            tracing::subscriber::set_global_default(subscriber).expect("the only one");
+            // For lines that were logged while it was set.
+            tracing::callsite::rebuild_interest_cache();
+        });
+        LOG.replace(Some(Vec::new()));
+        run();
+        String::from_utf8(LOG.take().unwrap_or_default()).expect("text")
     }
 }
 
 impl Write for Log {
     fn write(&mut self, line: &[u8]) -> io::Result<usize> {
-        self.0.lock().expect("nobody panics").write(line)
+        LOG.with_borrow_mut(|kept| {
+            kept.as_mut()
+                .map_or(Ok(line.len()), |kept| kept.write(line))
+        })
     }
 
     fn flush(&mut self) -> io::Result<()> {
@@ -198,14 +218,7 @@ fn close(area: &str) -> Question {
 
 #[test]
 fn a_stall_of_the_disk_makes_nobody_silent_and_carries_out_nothing_late() {
-    let log = Log::default();
-    let writer = log.clone();
-    let subscriber = tracing_subscriber::fmt()
-        .with_ansi(false)
-        .with_writer(move || writer.clone())
-        .finish();
-    tracing::subscriber::with_default(subscriber, stall);
-    let text = log.text();
+    let text = Log::of(stall);
     // It has stopped reporting when the stall began; the others have not.
     assert!(text.contains("robot `amr-3` is silent"), "{text}");
     assert_eq!(text.matches("is silent").count(), 1, "{text}");
