@@ -72,10 +72,16 @@ pub fn corridor() -> (Setup, Vec<Arc<Plan>>) {
         }
     }
     // As the modelled robots call them.
-    let preempt = { site.coordinations.get_mut("overtaking") }.and_then(|own| own.preempt.as_mut());
-    for yields in preempt.expect("written above").yields.values_mut() {
+    let overtaking = site.coordinations.get_mut("overtaking");
+    let overtaking = overtaking.expect("written above");
+    for yields in { overtaking.preempt.iter_mut() }.flat_map(|own| own.yields.values_mut()) {
         yields.states = vec!["halted".into(), "parked".into()];
     }
+    let mut aside =
+        { overtaking.situations.iter_mut() }.filter(|own| own.situation == "normal-aside");
+    let normal = aside.next().and_then(|own| own.roles.get_mut("normal"));
+    // One that is on its way out of the lay-by would be passed by nobody.
+    normal.expect("written above").states = vec!["parked".into()];
     planned(&site, "overtaking")
 }
 
