@@ -415,15 +415,15 @@ const COMMANDS: &[(&str, Run)] = &[
         },
     ),
     // coordination/README
-    ("cargo run -p coordination --example t_junction", Here),
+    ("cargo run --example t_junction", Here),
     (
-        "cargo run -p coordination --features pnml --example pnml -- coordination/tests/pnml/printer.pnml",
+        "cargo run --example pnml -- coordination/tests/pnml/printer.pnml",
         Here,
     ),
-    ("cargo run -p coordination --example machine_and_net", Here),
-    ("cargo run -p coordination --example lossy_link", Here),
+    ("cargo run --example machine_and_net", Here),
+    ("cargo run --example lossy_link", Here),
     (
-        "cargo run -p coordination --features symbols --example registration",
+        "cargo run --example registration",
         ByTest {
             file: "coordination/tests/symbols/example.rs",
             naming: "examples/registration.rs",
@@ -431,7 +431,11 @@ const COMMANDS: &[(&str, Run)] = &[
     ),
     (
         "cargo test -p coordination --features pnml,symbolic,serde",
-        ByCi,
+        // With which `cargo test --workspace` compiles it.
+        ByTest {
+            file: "hil-tests/rig/Cargo.toml",
+            naming: "features = [\"pnml\", \"serde\", \"symbols\"]",
+        },
     ),
     (
         "cargo run --release -p coordination --example petri_families -- --baseline",
