@@ -117,6 +117,16 @@ impl Checkpoint {
         bytemuck::bytes_of(self)
     }
 
+    /// What becomes of one that no other followed in time: the process that comes next waits for an operator, as after a fault of which
+    /// its supervisor could not hear. Nothing, if it is none.
+    #[must_use]
+    pub fn unattended(bytes: &[u8]) -> Option<Vec<u8>> {
+        let mut own = Self::from_bytes(bytes).ok()?;
+        own.mode = Mode::Stopped as u64;
+        own.stopped_by |= 1 << Fault::SupervisorSilent as u64;
+        Some(own.to_bytes().to_vec())
+    }
+
     /// Whether a robot of this plan may go on from it.
     ///
     /// # Errors

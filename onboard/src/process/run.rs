@@ -13,6 +13,7 @@ use description::robot::Link;
 use description::threads::{ActivityKind, Trigger as ConfigTrigger};
 
 use crate::activities::communication::read_identity;
+use crate::composition::checkpoint::Checkpoint;
 use crate::composition::compose::compose;
 use crate::composition::failure::Failure;
 use crate::composition::files::Files;
@@ -106,7 +107,7 @@ pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<
     let mut store = CheckpointFile::of(runtime, &plan.robot.identity.id)?;
     let slept_ns = slept_ns();
     let left = Left::take(&mut store, &plan, &log, now_ns())?;
-    let store = Background::of(store).map_err(Failure::refused)?;
+    let store = Background::of(store, Checkpoint::unattended).map_err(Failure::refused)?;
     let keeper = Keeper::new(Box::new(store), &plan, &left);
     let watchdogs = Watchdogs::start(&plan.robot.watchdog, &panicked).map_err(Failure::refused)?;
     let mut robot = Robot::start(

@@ -3,7 +3,8 @@
 use std::io;
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use onboard::process::checkpoints::{CheckpointStore, Ended, Inheritance, Journey};
+use onboard::composition::checkpoint::Checkpoint;
+use onboard::process::checkpoints::{CheckpointStore, Ended, Inheritance, Journey, UNATTENDED};
 
 /// The newest checkpoint of one robot, and the note on its disk; clones share them, one for each of its processes.
 #[derive(Clone, Debug, Default)]
@@ -11,11 +12,14 @@ pub struct Checkpoints {
     kept: Arc<Mutex<Kept>>,
     /// This process has noted that the robot is under way.
     noted: bool,
+    /// How many were kept when it was looked last that they are, and since when; none once what they have become is kept.
+    seen: (u64, Option<u64>),
 }
 
 #[derive(Debug, Default)]
 struct Kept {
     bytes: Vec<u8>,
+    saves: u64,
     journey: Journey,
     is_full: bool,
 }
@@ -41,6 +45,20 @@ impl Checkpoints {
         self.kept().bytes.clear();
     }
 
+    /// What the thread that keeps them does when none comes any more.
+    pub(super) fn attend(&mut self, now_ns: u64) {
+        let mut own = self.kept.lock().unwrap_or_else(PoisonError::into_inner);
+        if own.saves != self.seen.0 {
+            self.seen = (own.saves, Some(now_ns));
+        }
+        let late = |since_ns: &mut u64| u128::from(now_ns - *since_ns) > UNATTENDED.as_nanos();
+        if self.seen.1.take_if(late).is_some()
+            && let Some(left) = Checkpoint::unattended(&own.bytes)
+        {
+            own.bytes = left;
+        }
+    }
+
     /// Its disk is full, or has room again.
     pub fn fill(&self, is_full: bool) {
         self.kept().is_full = is_full;
@@ -57,6 +75,7 @@ impl CheckpointStore for Checkpoints {
         // In memory, whatever the disk is like.
         own.bytes.clear();
         own.bytes.extend_from_slice(bytes);
+        own.saves += 1;
         Ok(())
     }
 

@@ -30,6 +30,7 @@ use onboard::symbols::wiring::Wiring;
 use serde_json::Value as Json;
 use sim::world::Random;
 
+use super::checkpoints::Checkpoints;
 use super::clock::{OwnClock, shown_ns};
 use super::desk::SteppedDesk;
 use super::devices::Devices;
@@ -57,6 +58,8 @@ pub struct SteppedRobot {
     supervisor: Supervisor,
     supervisor_next_ns: u64,
     supervisor_late: Late,
+    /// As the thread that keeps checkpoints has them.
+    kept: Checkpoints,
     machine: Machine,
     requests: Requests,
     desk: SteppedDesk,
@@ -119,6 +122,7 @@ impl SteppedRobot {
         let (mut ports, mut handles) = ports(wiring.states);
         let (symbols, ends) = (wiring.symbols, Ends::default());
         let left = Left::take(&mut checkpoints, plan, &log, now_ns)?;
+        let kept = checkpoints.clone();
         let keeper = Keeper::new(Box::new(checkpoints), plan, &left);
         let beginning = Beginning::of(plan, left.place.as_deref(), left.began(), &log);
         let beginning = beginning.map_err(Failure::refused)?;
@@ -208,6 +212,7 @@ impl SteppedRobot {
             threads: running,
             supervisor,
             supervisor_next_ns: now_ns,
+            kept,
             supervisor_late: Late::new(boot_epoch),
             machine,
             requests: Requests::default(),
@@ -298,6 +303,7 @@ impl SteppedRobot {
                 thread.go_on(step, &self.late, &mut self.random);
             }
         }
+        self.kept.attend(now_ns);
         let hangs = self.hung.iter().any(|name| name == SUPERVISOR);
         let supervised = !self.ends.is_unsupervised(now_ns) && !hangs;
         if !supervised && self.ends.over {

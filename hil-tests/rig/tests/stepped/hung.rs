@@ -1,7 +1,7 @@
 //! A thread of the robot's own program hangs, or the supervisor does.
 
 use onboard::composition::plan::Budget;
-use onboard::process::ctl::Request;
+use onboard::process::ctl::{Done, Request};
 use onboard::symbols::faults::Fault;
 
 use crate::bench::Bench;
@@ -66,6 +66,25 @@ fn without_its_supervisor_the_robot_stops_and_goes_on_when_it_is_back() {
     bench.until_driving();
     assert_eq!(bench.raised(Fault::SupervisorSilent), 1);
     assert!(!bench.has(Fault::SupervisorSilent));
+    bench.finish();
+}
+
+/// Nobody writes down what the drive has found, and the next process finds a drive that is well.
+#[test]
+fn an_emergency_stop_while_the_supervisor_hangs_outlives_the_process() {
+    let mut bench = Bench::driving();
+    bench.hang(&["supervisor"]);
+    bench.watch(2.0);
+    bench.devices.drive_faults().set_emergency_stop(true);
+    bench.watch(1.0);
+    bench.devices.drive_faults().clear_faults();
+    bench.watch(2.0);
+    bench.begin_again();
+    bench.stands_for(8.0);
+    assert!(bench.has(Fault::OperatorStop));
+    let (reply, _) = bench.answer_to(Request::Reset);
+    assert_eq!(reply, Ok(Done::Reset(Vec::new())));
+    bench.until_driving();
     bench.finish();
 }
 

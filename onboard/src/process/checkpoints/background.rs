@@ -1,4 +1,5 @@
-//! Checkpoints kept on a thread of their own: a disk that stalls holds up nobody else.
+//! Checkpoints kept on a thread of their own: a disk that stalls holds up nobody else, and a supervisor that hangs leaves its robot to an
+//! operator.
 
 use std::io;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
@@ -13,6 +14,12 @@ const PATIENCE: Duration = Duration::from_secs(1);
 
 /// One that takes longer is as bad as one that fails: the robot goes on and leaves behind what the next process would find.
 const SLOW: Duration = Duration::from_secs(2);
+
+/// Without a checkpoint for so long the supervisor hangs, and keeps no fault any more that waits for an operator: one may have come.
+pub const UNATTENDED: Duration = Duration::from_secs(1);
+
+/// What a checkpoint becomes then.
+type Unattended = fn(&[u8]) -> Option<Vec<u8>>;
 
 /// A store that is used from a thread of its own. Only the newest checkpoint waits for it.
 pub struct Background<S> {
@@ -47,25 +54,35 @@ impl Shared {
 }
 
 impl<S: CheckpointStore + 'static> Background<S> {
-    /// Starts the thread.
+    /// Starts the thread. Where no checkpoint follows another one for a second, what `unattended` makes of that is kept.
     ///
     /// # Errors
     /// The operating system's, when it has no thread to give.
-    pub fn of(mut store: S) -> io::Result<Self> {
+    pub fn of(mut store: S, unattended: Unattended) -> io::Result<Self> {
         let shared = Arc::<Shared>::default();
         let own = Arc::clone(&shared);
         let keep = move || {
+            let mut last = None;
             loop {
                 let mut slot = own.lock();
                 let bytes = loop {
                     if let Some(bytes) = slot.waiting.take() {
+                        last = Some(bytes.clone());
                         break bytes;
                     }
                     if slot.ends {
                         return store;
                     }
-                    let woken = own.news.wait(slot);
-                    slot = woken.unwrap_or_else(PoisonError::into_inner);
+                    let woken = own.news.wait_timeout(slot, UNATTENDED);
+                    let (woken, waited) = woken.unwrap_or_else(PoisonError::into_inner);
+                    slot = woken;
+                    if waited.timed_out() && slot.waiting.is_none() && !slot.ends {
+                        // Once: the next one comes when the supervisor runs again.
+                        let left = last.take().and_then(|last| unattended(&last));
+                        if let Some(left) = left {
+                            break left;
+                        }
+                    }
                 };
                 slot.begun = Some(Instant::now());
                 drop(slot);
@@ -164,8 +181,31 @@ mod tests {
             begun,
             kept: None,
         };
-        let background = Background::of(store).expect("a thread");
+        let unattended = |last: &[u8]| Some([last, b" stopped"].concat());
+        let background = Background::of(store, unattended).expect("a thread");
         (background, turn, begins)
+    }
+
+    /// Once, until it runs again.
+    #[test]
+    fn of_a_supervisor_that_hangs_a_robot_is_kept_that_stays_stopped() {
+        const LONG: Duration = Duration::from_secs(20);
+        let (mut store, turn, begins) = slow();
+        for number in [b"1", b"2"] {
+            store.save(number).expect("no error yet");
+            assert_eq!(begins.recv_timeout(LONG).expect("begun"), number);
+            turn.send(true).expect("waits");
+            let stopped = [&number[..], b" stopped"].concat();
+            assert_eq!(begins.recv_timeout(LONG).expect("begun"), stopped);
+            turn.send(true).expect("waits");
+            let again = begins.recv_timeout(UNATTENDED + Duration::from_millis(500));
+            assert!(again.is_err(), "it is kept once");
+        }
+        drop(turn);
+        assert_eq!(
+            store.end().expect("ended").kept,
+            Some(b"2 stopped".to_vec())
+        );
     }
 
     #[test]

@@ -23,7 +23,7 @@ use crate::process::runtime::Runtime;
 use crate::realtime::log::LogSender;
 use crate::symbols::faults::Fault;
 
-pub use background::Background;
+pub use background::{Background, UNATTENDED};
 pub use journey::{Ended, Journey, Waited};
 
 const STAYS_STOPPED: &str = "the robot was stopped when the process before ended: it stays stopped until `onboard ctl reset`";
