@@ -95,7 +95,7 @@ faults! {
     MediatorRefused = 20, "mediator-refused", ByItself,
         "the mediator refuses this robot; `fleet_state` in `onboard inspect` says why";
     PlaceUnknown = 21, "place-unknown", Operator,
-        "after a restart, or when its computer has slept, nobody knows where the robot is; say where it stands with `onboard ctl place`, then run `onboard ctl reset`";
+        "after a restart, when its computer has slept, or when the robot was moved while nobody measured it, nobody knows where it is; say where it stands with `onboard ctl place`, then run `onboard ctl reset`";
     WheelSlip = 22, "wheel-slip", Operator,
         "the wheels turn farther than the robot moves, the log says which and how far, so it stops before it loses its place: look for what is slippery or blocks it, then run `onboard ctl reset`";
     IdentityDoubled = 23, "identity-doubled", ByItself,

@@ -35,7 +35,7 @@ layouts! {
     SafeCommand: 24,
     TubeState: 72,
     PoseEstimate: 104,
-    Whereabouts: 304,
+    Whereabouts: 312,
     NavigationState: 224,
     RobotMode: 80,
     Load: 40,
@@ -43,7 +43,7 @@ layouts! {
     ThreadReport: 3312,
     FleetState: 840,
     AreaSet: 32,
-    Odometry: 120,
+    Odometry: 128,
     FloorCheckpoint: 18480,
     FaultTable: 864,
 }

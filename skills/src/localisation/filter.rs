@@ -1,5 +1,7 @@
 //! The extended Kalman filter over x, y, θ.
 
+use std::f64::consts::PI;
+
 use super::doubt::{Doubt, ScanVerdict};
 use crate::odometry::Odometry;
 use crate::perception::WallFit;
@@ -13,8 +15,8 @@ const IDLE_VARIANCE_1_S: f64 = 1e-6;
 const TURN_WAY_M_PER_RAD: f64 = 0.5;
 /// No standard deviation grows beyond this, so that the filter stays well conditioned.
 const LARGEST_STD: f64 = 10.0;
-/// An odometry step is rejected as a leap beyond this, whatever time it took,
-const LEAP_M: f64 = 2.0;
+/// An odometry step is rejected as a leap beyond this, whatever time it took: more than a drive rolls without being told to,
+const LEAP_M: f64 = 2.5;
 /// or beyond these speeds plus a slack for the error of the stamps.
 const FASTEST_M_S: f64 = 3.0;
 const FASTEST_RAD_S: f64 = 6.0;
@@ -108,11 +110,13 @@ impl PoseFilter {
             // The pose stays; how far the robot really moved is unknown.
             self.counters.odometry_leaps += 1;
             self.doubt_way();
+            self.doubt_unmeasured(moved.position().norm_m());
             return Pose2::IDENTITY;
         }
         if last.breaks != odometry.breaks {
             self.doubt_way();
         }
+        self.doubt_unmeasured(odometry.unmeasured_m - last.unmeasured_m);
         let displacement = self.pose.rotate(moved.position());
         let motion = Matrix3::new(
             1.0,
@@ -144,6 +148,17 @@ impl PoseFilter {
     fn doubt_slip(&mut self, slipped_m: f64) {
         let added = slipped_m * (2.0 * self.position_std_m() + slipped_m);
         self.covariance += Matrix3::from_diagonal(&Vector3::new(added, added, 0.0));
+    }
+
+    /// The robot may have moved by this way, whereto is not known, and have turned by as many radians.
+    fn doubt_unmeasured(&mut self, way_m: f64) {
+        if way_m > 0.0 {
+            let variance = way_m.min(LARGEST_STD).powi(2);
+            let turned = way_m.min(PI).powi(2);
+            self.covariance += Matrix3::from_diagonal(&Vector3::new(variance, variance, turned));
+            self.bound();
+            self.judge();
+        }
     }
 
     /// How far the robot has moved is not known.

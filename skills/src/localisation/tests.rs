@@ -197,6 +197,34 @@ fn a_way_that_was_not_measured_makes_it_less_certain_by_more_than_driving() {
     assert!(filter.position_std_m() < once + 0.01);
 }
 
+/// In whatever direction: walls that agree may be others.
+#[test]
+fn a_way_of_which_only_the_length_is_known_is_doubted_by_it() {
+    for way_m in [0.5, 3.0] {
+        let mut filter = filter(Pose2::new(2.0, -0.5, 1.0));
+        filter.predict(&odometry(0.0, 0.3));
+        let moved = Odometry {
+            breaks: 1,
+            unmeasured_m: way_m,
+            ..odometry(0.01, 0.3)
+        };
+        filter.predict(&moved);
+        let found = (filter.position_std_m(), filter.heading_std_rad());
+        assert!(found.0 > way_m && found.1 > way_m.min(3.0), "{found:?}");
+        assert!(filter.is_uncertain());
+        filter.predict(&moved);
+        assert!(filter.position_std_m() < found.0 + 0.01);
+    }
+    // Nor does a step that is too long say more.
+    let mut filter = filter(Pose2::IDENTITY);
+    filter.predict(&odometry(0.0, 0.0));
+    filter.predict(&Odometry {
+        stamp_ns: 60_000_000_000,
+        ..odometry(2.6, 0.0)
+    });
+    assert!(filter.position_std_m() > 2.6 && filter.is_uncertain());
+}
+
 #[test]
 fn another_one_goes_on_from_what_odometry_has_moved_since() {
     let mut first = filter(Pose2::new(2.0, -0.5, 0.0));

@@ -52,6 +52,10 @@ const LONGEST_MOTION_S: f64 = 1.0;
 const UNSEEN_S: f64 = 0.5;
 /// and a way up to this, which it rolls on, is within the margins of everything that is remembered of the floor.
 const UNSEEN_M: f64 = 0.05;
+/// Farther than anybody pushes a robot: what says so has begun to count anew.
+const FURTHEST_M: f64 = 100.0;
+/// A pivot that has turned by this between two samples far apart may have pointed anywhere meanwhile.
+const ANYWHERE_RAD: f64 = 1.0;
 /// After this many stamps in a row before the last accepted one, the clock counts as set back.
 const BACKWARD_RUN: u32 = 20;
 /// Pivot rate that a hand or a bump can add to that of the wheels, rad/s.
@@ -101,6 +105,8 @@ pub struct Odometry {
     /// How often the robot may have moved without being measured since the start, as when the encoders lost power. What is
     /// remembered in `odom` from before is worth nothing, and the pose in `map` is less certain.
     pub breaks: u64,
+    /// Way that the robot may have moved, in whatever direction, besides what is reckoned, since the start; never falls.
+    pub unmeasured_m: f64,
 }
 
 #[cfg(feature = "symbols")]
@@ -248,6 +254,13 @@ impl DeadReckoning {
                 slip,
             }) => {
                 self.integrate(unit_m, pivot_rad, dt_s);
+                // Where the unit pointed in between is a guess.
+                if dt_s > LONGEST_MOTION_S {
+                    let way_m = unit_m.abs() * (pivot_rad.abs() / ANYWHERE_RAD).min(1.0);
+                    if way_m > UNSEEN_M {
+                        self.lose_track(way_m);
+                    }
+                }
                 self.odometry.slipped_m += self.slip.step(slip);
                 self.counters.accepted += 1;
                 self.last = Some(*sample);
@@ -257,14 +270,20 @@ impl DeadReckoning {
             }
             Err(_) if dt_s > LONGEST_GAP_S => {
                 self.counters.gaps += 1;
-                self.odometry.breaks += 1;
+                self.lose_track(self.way_m(&last.angles, &sample.angles));
                 self.begin(sample);
                 Err(OdometryFault::Gap { gap_s: dt_s })
             }
             Err(fault) => {
                 self.counters.jumps += 1;
                 self.bridge(dt_s);
-                self.odometry.breaks += u64::from(dt_s > BRIDGE_S);
+                if dt_s > BRIDGE_S {
+                    let fastest_m_s = self.max_wheel_speed_rad_s * self.geometry.wheel_radius_m();
+                    self.lose_track(match dt_s > LONGEST_MOTION_S {
+                        true => self.way_m(&last.angles, &sample.angles),
+                        false => fastest_m_s * dt_s,
+                    });
+                }
                 // The new values are the base of what follows: a jump that stays is rejected only once.
                 self.last = Some(*sample);
                 self.odometry.stamp_ns = stamp_ns;
@@ -272,6 +291,18 @@ impl DeadReckoning {
                 Err(fault)
             }
         }
+    }
+
+    /// What the unit has rolled between two samples, if no encoder has wrapped.
+    fn way_m(&self, last: &EncoderAngles, sample: &EncoderAngles) -> f64 {
+        let turned_rad = sample.left_rad - last.left_rad + sample.right_rad - last.right_rad;
+        self.geometry.wheel_radius_m() * turned_rad.abs() / 2.0
+    }
+
+    /// The robot has moved by about this way, and nobody knows whereto.
+    fn lose_track(&mut self, way_m: f64) {
+        self.odometry.unmeasured_m += way_m.min(FURTHEST_M);
+        self.odometry.breaks += 1;
     }
 
     fn begin(&mut self, sample: &EncoderSample) {

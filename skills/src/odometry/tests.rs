@@ -236,6 +236,33 @@ fn another_one_goes_on_from_what_was_reckoned_while_the_wheels_turned_on() {
     assert!(second.odometry().distance_m > left.distance_m);
 }
 
+/// Pushed while no process ran: straight on, with a pivot that swung round, and farther than a drive rolls by itself.
+#[test]
+fn a_push_that_nobody_saw_is_told_by_its_length() {
+    for (wheels_rad, pivot_rad, unmeasured_m) in [
+        (20.0, 0.0, 0.0..0.001),
+        (20.0, 1.5, 1.0..1.1),
+        (60.0, 0.0, 3.0..3.3),
+        (1e300, 0.0, 100.0..100.1),
+    ] {
+        for gap_ns in [3_000_000_000, 40_000_000_000] {
+            let (mut encoders, mut first) = started();
+            first.update(&encoders.step(0.4, 0.0)).expect("possible");
+            let mut second = DeadReckoning::new(encoders.geometry, 35.0).expect("a vehicle");
+            second.resume(first.odometry());
+            let mut sample = encoders.sample;
+            sample.stamp_ns += gap_ns;
+            sample.angles.left_rad += wheels_rad;
+            sample.angles.right_rad += wheels_rad;
+            sample.angles.pivot_rad += pivot_rad;
+            let _ = second.update(&sample);
+            let found = second.odometry();
+            assert!(unmeasured_m.contains(&found.unmeasured_m), "{found:?}");
+            assert_eq!(found.breaks, u64::from(unmeasured_m.start > 0.0));
+        }
+    }
+}
+
 #[test]
 fn a_way_that_was_not_measured_is_a_break() {
     let (mut encoders, mut dead_reckoning) = started();

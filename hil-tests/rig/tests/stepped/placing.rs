@@ -3,7 +3,7 @@
 use description::geometry::Pose2;
 use onboard::process::ctl::{Done, FreeBehind, Place, Placement, Request, Spot};
 use onboard::symbols::faults::Fault;
-use sim::world::Pose;
+use sim::world::{Mechanics, Pose};
 
 use crate::bench::Bench;
 
@@ -71,6 +71,26 @@ fn the_word_of_an_operator_is_for_a_robot_that_stands() {
     bench.finish();
 }
 
+/// What has moved the robot while its bus was lost comes with the first frame, and is no way from where it was placed.
+#[test]
+fn nobody_is_placed_while_its_drive_counts_nothing() {
+    let mut bench = Bench::driving();
+    bench.ask(Request::Stop);
+    bench.until_standing(3.0);
+    bench.devices.bus_faults().disappear(0);
+    bench.until_raised(Fault::BusLost, 2.0);
+    let (reply, _) = bench.answer_to(place(Spot::Start, None));
+    let why = reply.expect_err("it is refused").to_string();
+    assert!(why.contains("`bus-lost`"), "{why}");
+    bench.devices.bus_faults().reappear(0);
+    bench.until("the bus is back", 10.0, |bench| !bench.has(Fault::BusLost));
+    bench
+        .answer_to(place(Spot::Start, None))
+        .0
+        .expect("it is taken");
+    bench.finish();
+}
+
 #[test]
 fn a_reset_says_nothing_of_where_the_robot_stands() {
     // In a place without walls in view, and far from its start.
@@ -87,6 +107,34 @@ fn a_reset_says_nothing_of_where_the_robot_stands() {
         bench.watch(0.5);
         assert!(off_m(&mut bench) < 0.1, "{:?}", bench.belief());
     }
+    bench.until_driving();
+    bench.finish();
+}
+
+/// It rolls, as it would if somebody pushed it: the walls of a corridor look the same everywhere.
+#[test]
+fn a_robot_that_was_pushed_while_no_program_ran_asks_where_it_is() {
+    let mut bench = Bench::driving();
+    bench.hang(&["fieldbus", "motion", "lidar", "navigation", "supervisor"]);
+    bench.watch(1.0);
+    let began_m = bench.truth().distance_m;
+    let slope = Mechanics {
+        slope_m_s2: [3.0, 0.0],
+        ..Mechanics::default()
+    };
+    bench.world.lock().wear(0, slope);
+    bench.until("it has rolled", 20.0, |bench| {
+        bench.truth().distance_m > began_m + 2.5
+    });
+    bench.world.lock().wear(0, Mechanics::default());
+    bench.until_standing(10.0);
+    bench.begin_again();
+    bench.until_raised(Fault::PlaceUnknown, 5.0);
+    bench.stands_for(5.0);
+    let there = bench.truth().pose;
+    let spot = Spot::Pose(Pose2::new(there.x_m, there.y_m, there.theta_rad));
+    bench.answer_to(place(spot, None)).0.expect("it is taken");
+    bench.ask(Request::Reset);
     bench.until_driving();
     bench.finish();
 }

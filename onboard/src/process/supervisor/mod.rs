@@ -9,6 +9,7 @@ mod holders;
 mod keeper;
 mod lease;
 mod lending;
+mod moved;
 mod requests;
 mod sent;
 mod sleep;

@@ -59,6 +59,8 @@ pub struct Supervisor {
     pub(super) placings: Waiting,
     /// For how long its computer had slept when it was looked at last, once it was.
     pub(super) slept_ns: Option<u64>,
+    /// What dead reckoning had not measured when it was looked at last.
+    pub(super) unmeasured_m: f64,
     /// Nobody knows where the robot stands until an operator says so.
     pub(super) lost: bool,
     /// Where an operator has said that it stands, until navigation says so too.
@@ -97,6 +99,7 @@ impl Supervisor {
             resets: Waiting::default(),
             placings: Waiting::default(),
             slept_ns: None,
+            unmeasured_m: 0.0,
             lost: false,
             placed: None,
         }
@@ -118,6 +121,8 @@ impl Supervisor {
     pub fn heed(&mut self, left: &Left, now_ns: u64) {
         self.operator_paused = left.paused;
         self.lost = left.lost;
+        let before = left.place.as_ref();
+        self.unmeasured_m = before.map_or(0.0, |before| before.odometry.unmeasured_m);
         if left.lost {
             self.raise(Who::Supervisor, Fault::PlaceUnknown, 0.0, now_ns);
         } else if left.stopped {
@@ -149,6 +154,7 @@ impl Supervisor {
     /// What is due every [`PERIOD_NS`] while nobody has asked the robot to end. `next_request` gives the requests that wait.
     pub fn cycle(&mut self, now_ns: u64, mut next_request: impl FnMut() -> Option<Pending>) {
         self.hear(now_ns);
+        self.heed_moved(now_ns);
         self.watch_lease(now_ns);
         self.keep_running();
         self.judge_load(now_ns);
