@@ -239,6 +239,9 @@ impl Activity for MotionTube {
                 return;
             };
             std::mem::swap(&mut self.tubes, &mut tubes);
+            // What stands where the sensor does not look is there still.
+            tubes.save(&mut self.floor);
+            self.tubes.resume(&self.floor);
             self.exchange.give_back(tubes);
         }
         self.port.step(LifeCycleEvent::Configured);

@@ -1,5 +1,6 @@
 //! Something appears in front.
 
+use onboard::process::ctl::Request;
 use onboard::symbols::faults::Fault;
 use sim::world::Shape;
 
@@ -51,5 +52,37 @@ fn it_stands_before_a_box_in_its_lane() {
     has_touched_nothing(&bench);
     assert!(bench.world.lock().remove_obstacle(id));
     bench.until_driving();
+    bench.finish();
+}
+
+/// A reload that nobody stands beside is no word that the floor is free.
+#[test]
+fn after_a_reload_it_remembers_what_stands_where_it_does_not_look() {
+    let mut bench = Bench::driving();
+    bench.watch(6.0);
+    bench.ask(Request::Stop);
+    bench.until_standing(3.0);
+    bench.watch(1.0);
+    let floor = |bench: &mut Bench| {
+        bench.watch(0.3);
+        let kept = bench.kept().expect("it is kept");
+        let bytes = bytemuck::bytes_of(&kept.floor).to_vec();
+        (kept.floor.cell_m, bytes)
+    };
+    let (cell_m, before) = floor(&mut bench);
+    bench.reload_with(&["navigation.lookahead_m=0.5"]);
+    let (_, after) = floor(&mut bench);
+    let differ = before
+        .iter()
+        .zip(&after)
+        .filter(|(before, after)| before != after);
+    let (known, differ) = (
+        before.iter().filter(|&&byte| byte != 0).count(),
+        differ.count(),
+    );
+    assert!(
+        cell_m > 0.0 && known > 100 && differ < known / 20,
+        "{differ} of {known}"
+    );
     bench.finish();
 }
