@@ -38,6 +38,8 @@ pub struct NavigationInput<'a> {
     pub scan: Option<&'a AlignedScan>,
     /// The latest dead reckoning.
     pub odometry: &'a Odometry,
+    /// Nobody knows where the robot stands: its pose says nothing of what is in view.
+    pub lost: bool,
     /// `false`: everything goes on, but the command is to stand.
     pub motion_allowed: bool,
     /// Somebody drives the robot by hand, and wants this.

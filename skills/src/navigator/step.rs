@@ -148,7 +148,8 @@ impl Navigator {
             return;
         }
         self.last_scan_ns = reference_ns;
-        let known = (!self.pose.is_uncertain()).then(|| self.pose.pose());
+        let is_known = !input.lost && !self.pose.is_uncertain();
+        let known = is_known.then(|| self.pose.pose());
         self.blind = self.matcher.is_blind(scan, since, known);
         if self.blind {
             self.counters.scans_blind += 1;

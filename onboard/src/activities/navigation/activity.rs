@@ -93,6 +93,7 @@ impl Navigation {
             now_ns,
             scan,
             odometry: &self.odometry.value,
+            lost: self.hands.robot_is_lost(),
             motion_allowed,
             by_hand: self.hands.wish(&self.part.teleop, now_ns),
             allowed: self.membership.allowed(),

@@ -33,6 +33,10 @@ impl Hands {
         self.lost = mode.lost != 0;
     }
 
+    pub(super) fn robot_is_lost(&self) -> bool {
+        self.lost
+    }
+
     pub(super) fn are_on(&self) -> bool {
         self.on
     }

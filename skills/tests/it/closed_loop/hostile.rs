@@ -217,6 +217,7 @@ proptest! {
                 now_ns: step.now_ns.unwrap_or(now_ns),
                 scan: Some(&scan),
                 odometry: &odometry,
+                lost: false,
                 motion_allowed: step.motion_allowed,
                 by_hand: step.by_hand.map(|[v_m_s, omega_rad_s]| ByHand {
                     wish: Twist2::new(v_m_s, omega_rad_s),

@@ -155,6 +155,7 @@ impl Robot {
             now_ns,
             scan: Some(&self.aligned),
             odometry: self.dead_reckoning.odometry(),
+            lost: false,
             motion_allowed: self.motion_allowed,
             by_hand: self.by_hand,
             allowed: self.allowed,

@@ -258,6 +258,7 @@ fn whatever_comes_in_the_command_is_a_sane_number() {
             now_ns: if step % 50 == 0 { 0 } else { now_ns },
             scan: Some(&scan),
             odometry: &odometry,
+            lost: false,
             motion_allowed: true,
             by_hand: None,
             allowed: AreaSet::ALL,

@@ -175,6 +175,7 @@ impl Drive {
             now_ns: self.odometry.stamp_ns,
             scan: None,
             odometry: &self.odometry,
+            lost: false,
             motion_allowed: true,
             by_hand: None,
             allowed: AreaSet::ALL,
