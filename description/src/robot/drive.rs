@@ -30,8 +30,8 @@ section! {
     /// What the drive may do.
     #[derive(Copy)]
     pub struct DriveLimits {
-        /// No wheel setpoint ever exceeds this.
-        pub max_wheel_speed_rad_s: f64 as Quantity::new("a speed", "rad/s").above(0.0).at_most(100.0),
+        /// No wheel setpoint ever exceeds this. The drive takes no faster one (product specification of the KELO wheel drive).
+        pub max_wheel_speed_rad_s: f64 as Quantity::new("a speed", "rad/s").above(0.0).at_most(35.0),
         /// Speed limit of `base_link`.
         pub max_speed_m_s: f64 as SPEED,
         /// Largest commanded steering (pivot) angle to either side.

@@ -173,7 +173,7 @@ proptest! {
     #[test]
     fn no_wheel_is_ever_asked_for_more_than_its_limit(
         steps in prop::collection::vec((any::<f64>(), any::<f64>(), any::<f64>(), any::<f64>(), 0u8..4, any::<f64>()), 1..60),
-        limit in 1.0..40.0f64,
+        limit in 1.0..35.0f64,
     ) {
         let limits = DriveLimits { max_wheel_speed_rad_s: limit, max_speed_m_s: 3.0, ..DriveLimits::default() };
         let mut controller = WheelController::new(TricycleGeometry::default(), limits, Control::default()).unwrap();
