@@ -1,3 +1,5 @@
+use description::geometry::Pose2;
+
 use super::*;
 use std::f64::consts::PI;
 
