@@ -6,6 +6,7 @@ use super::outcome::{Adapted, Reason, Verdict};
 use super::retreat;
 use super::room::Room;
 use super::select::{Search, Selection, Selector};
+use super::speed::AT_REST_M_S;
 use description::geometry::{MotionCommand, Twist2};
 
 /// No detour begins while something moves within this distance.
@@ -28,6 +29,10 @@ impl MotionTubes {
         let backward = wanted.speed_m_s < 0.0;
         if backward && !self.set.has_backward() {
             return self.stop(Reason::Backwards, None, now_ns, now_ns);
+        }
+        if wanted.speed_m_s == 0.0 && self.rolls_too_far(wanted, current, now_ns) {
+            self.driven = None;
+            return self.stop(Reason::TooFast, None, now_ns, now_ns);
         }
         let search = self.search(wanted, now_ns);
         if let Some(adapted) = self.back_out(wanted, current, search, now_ns) {
@@ -79,6 +84,24 @@ impl MotionTubes {
             };
         }
         self.detour.search(&selector, nominal, wanted, moment)
+    }
+
+    /// Whether a robot that is told to stand, and rolls on at `current`, has less room than a hard stop takes.
+    fn rolls_too_far(&self, wanted: MotionCommand, current: Twist2, now_ns: u64) -> bool {
+        if current.v_m_s.abs() <= AT_REST_M_S {
+            return false;
+        }
+        let backward = current.v_m_s < 0.0;
+        if backward && !self.set.has_backward() {
+            return true;
+        }
+        let on = MotionCommand::new(current.v_m_s, wanted.curvature_1_m);
+        let found = match self.selector().search(on, self.driven) {
+            Search::Blocked if self.by_hand => self.creep_by_hand(on),
+            Search::Found(selection) => Some(selection),
+            _ => None,
+        };
+        found.is_none_or(|selection| self.is_too_fast(&selection, current, now_ns))
     }
 
     /// The narrow tube that serves a wanted command, in terms of the set.

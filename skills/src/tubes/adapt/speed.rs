@@ -7,7 +7,7 @@ use crate::tubes::memory::moving::highest_speed_m_s;
 use description::geometry::{MotionCommand, Twist2};
 
 /// Below this speed the robot counts as standing and may reverse.
-const AT_REST_M_S: f64 = 0.02;
+pub(super) const AT_REST_M_S: f64 = 0.02;
 /// Below this speed the twist gives no usable curvature.
 const STEERED_M_S: f64 = 0.1;
 /// While the robot's curvature differs from the selected one by more, its own curve must be free too.
@@ -26,7 +26,7 @@ impl MotionTubes {
         selection: Selection,
         now_ns: u64,
     ) -> Adapted {
-        let delay_s = self.sight.age_ns(now_ns) as f64 * 1e-9 + self.policy.reaction_s;
+        let delay_s = self.delay_s(now_ns);
         if current.v_m_s.abs() > AT_REST_M_S && current.v_m_s * wanted.speed_m_s < 0.0 {
             self.driven = None;
             return self.stop(Reason::Reversing, None, now_ns, now_ns);
@@ -34,7 +34,7 @@ impl MotionTubes {
         let length_m = self.length_m(&selection, current);
         let decel = self.stop_deceleration_m_s2;
         let speed_m_s = current.v_m_s.abs();
-        if speed_m_s * delay_s + speed_m_s * speed_m_s / (2.0 * decel) > length_m {
+        if self.is_too_fast(&selection, current, now_ns) {
             self.driven = None;
             return self.stop(Reason::TooFast, Some(selection), now_ns, now_ns);
         }
@@ -86,6 +86,18 @@ impl MotionTubes {
             scan_age_ns: self.sight.age_ns(now_ns),
             stopped_since_ns: 0,
         }
+    }
+
+    /// A hard stop that begins now needs more room than there is.
+    pub(super) fn is_too_fast(&self, selection: &Selection, current: Twist2, now_ns: u64) -> bool {
+        let speed_m_s = current.v_m_s.abs();
+        let braking_m = speed_m_s * speed_m_s / (2.0 * self.stop_deceleration_m_s2);
+        speed_m_s * self.delay_s(now_ns) + braking_m > self.length_m(selection, current)
+    }
+
+    /// From what the newest scan saw until the wheels answer.
+    fn delay_s(&self, now_ns: u64) -> f64 {
+        self.sight.age_ns(now_ns) as f64 * 1e-9 + self.policy.reaction_s
     }
 
     /// How far it is free: along the selected tube and, while the robot still turns otherwise, along that curve, too.
