@@ -37,6 +37,17 @@ fn drive(robot: &RobotConfig, report: &Report) {
         format!("{:?}", d.max_bus_voltage_v),
         format!("above `min_bus_voltage_v`, {} V", d.min_bus_voltage_v),
     );
+    let planned_m_s2 = robot.navigation.deceleration_m_s2;
+    refuse(
+        planned_m_s2 > d.limits.deceleration_m_s2,
+        report,
+        "navigation.deceleration_m_s2",
+        format!("{planned_m_s2:?}"),
+        format!(
+            "at most `drive.deceleration_m_s2`, {} m/s²: else the robot stands behind the borders before which it plans to",
+            d.limits.deceleration_m_s2
+        ),
+    );
     refuse(
         d.limits.stop_deceleration_m_s2 < d.limits.deceleration_m_s2,
         report,
