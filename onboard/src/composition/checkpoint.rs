@@ -35,6 +35,8 @@ pub struct Checkpoint {
     pub written_ns: u64,
     /// A [`Mode`].
     pub mode: u64,
+    /// An operator has paused the robot, whatever else stops it.
+    pub paused: u64,
     /// Faults that waited for an operator, a bit for each number.
     pub stopped_by: u64,
     /// Dead reckoning, with the encoders' angles.
@@ -162,7 +164,7 @@ impl Checkpoint {
     /// An operator had paused the robot.
     #[must_use]
     pub fn was_paused(&self) -> bool {
-        self.mode == Mode::Paused as u64
+        self.paused != 0
     }
 
     /// Quick: it is drawn ten times a second.

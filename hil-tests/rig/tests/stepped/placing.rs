@@ -71,24 +71,34 @@ fn the_word_of_an_operator_is_for_a_robot_that_stands() {
     bench.finish();
 }
 
-/// What has moved the robot while its bus was lost comes with the first frame, and is no way from where it was placed.
+/// What has moved the robot meanwhile comes with the next reading of its wheels, and is no way from where it was placed.
 #[test]
-fn nobody_is_placed_while_its_drive_counts_nothing() {
-    let mut bench = Bench::driving();
-    bench.ask(Request::Stop);
-    bench.until_standing(3.0);
-    bench.devices.bus_faults().disappear(0);
-    bench.until_raised(Fault::BusLost, 2.0);
-    let (reply, _) = bench.answer_to(place(Spot::Start, None));
-    let why = reply.expect_err("it is refused").to_string();
-    assert!(why.contains("`bus-lost`"), "{why}");
-    bench.devices.bus_faults().reappear(0);
-    bench.until("the bus is back", 10.0, |bench| !bench.has(Fault::BusLost));
-    bench
-        .answer_to(place(Spot::Start, None))
-        .0
-        .expect("it is taken");
-    bench.finish();
+fn nobody_is_placed_while_its_wheels_are_not_counted() {
+    type Change = fn(&mut Bench);
+    let cases: [(Change, Change); 3] = [
+        (
+            |bench| bench.devices.bus_faults().disappear(0),
+            |bench| bench.devices.bus_faults().reappear(0),
+        ),
+        (|bench| bench.hang(&["fieldbus"]), |bench| bench.hang(&[])),
+        (|bench| bench.hang(&["motion"]), |bench| bench.hang(&[])),
+    ];
+    for (comes, goes) in cases {
+        let mut bench = Bench::driving();
+        bench.ask(Request::Stop);
+        bench.until_standing(3.0);
+        comes(&mut bench);
+        bench.watch(1.0);
+        let (reply, _) = bench.answer_to(place(Spot::Start, None));
+        let why = reply.expect_err("it is refused").to_string();
+        assert!(why.contains("its drive does not answer"), "{why}");
+        goes(&mut bench);
+        bench.until("the bus is there", 10.0, |bench| !bench.has(Fault::BusLost));
+        bench.watch(0.5);
+        let (reply, _) = bench.answer_to(place(Spot::Start, None));
+        reply.expect("it is taken");
+        bench.finish();
+    }
 }
 
 #[test]
@@ -133,7 +143,8 @@ fn a_robot_that_was_pushed_while_no_program_ran_asks_where_it_is() {
     bench.stands_for(5.0);
     let there = bench.truth().pose;
     let spot = Spot::Pose(Pose2::new(there.x_m, there.y_m, there.theta_rad));
-    bench.answer_to(place(spot, None)).0.expect("it is taken");
+    let (reply, _) = bench.answer_to(place(spot, None));
+    reply.expect("it is taken");
     bench.ask(Request::Reset);
     bench.until_driving();
     bench.finish();

@@ -37,14 +37,11 @@ pub struct Ended {
 
 /// What a robot waited for when its process ended; the next one waits for it, too.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum Waited {
-    /// Nothing: it drove, or would have.
-    #[default]
-    Not,
-    /// An operator had paused it.
-    ToResume,
+pub struct Waited {
     /// People, or a fault that waits for them, had stopped it.
-    ForReset,
+    pub for_reset: bool,
+    /// An operator had paused it.
+    pub to_resume: bool,
 }
 
 impl From<Ended> for Journey {
@@ -58,7 +55,7 @@ impl From<Ended> for Journey {
 
 impl Journey {
     /// Reads a note: `under way`, or `ended`, then `X Y THETA` if that is known, and the standard deviations of position and heading, in
-    /// metres and radians, then `stopped` or `paused` if it was; and where it is known, in a line each, the names of the site and of the
+    /// metres and radians, then `stopped`, and `paused`, if it was; and where it is known, in a line each, the names of the site and of the
     /// state.
     pub(super) fn noted(path: &Path) -> io::Result<Self> {
         let mut text = Vec::new();
@@ -74,14 +71,12 @@ impl Journey {
             let text = lines.next().unwrap_or_default();
             let names = (lines.next(), lines.next());
             let mut words: Vec<&str> = text.split_whitespace().collect();
-            let waited = match words.last() {
-                Some(&STOPPED) => Waited::ForReset,
-                Some(&PAUSED) => Waited::ToResume,
-                _ => Waited::Not,
+            let to_resume = words.pop_if(|word| *word == PAUSED).is_some();
+            let for_reset = words.pop_if(|word| *word == STOPPED).is_some();
+            let waited = Waited {
+                for_reset,
+                to_resume,
             };
-            if waited != Waited::Not {
-                words.pop();
-            }
             let numbers: Result<Vec<f64>, _> = words.into_iter().map(str::parse).collect();
             let at = match numbers.ok()?[..] {
                 [x_m, y_m, theta_rad, std_m, std_rad] => {
@@ -97,7 +92,7 @@ impl Journey {
                     Some((site.to_owned(), stood))
                 }
                 // Nothing at all would have been noted.
-                [] if waited != Waited::Not => None,
+                [] if waited != Waited::default() => None,
                 _ => return None,
             };
             let is_good = |std: f64| std.is_finite() && std >= 0.0;
@@ -124,12 +119,9 @@ impl Journey {
                     )
                 });
                 let names = at.map(|(site, at)| format!("\n{site}\n{}", at.state));
-                let waited = match waited {
-                    Waited::Not => None,
-                    Waited::ToResume => Some(PAUSED.to_owned()),
-                    Waited::ForReset => Some(STOPPED.to_owned()),
-                };
-                let words = [Some(ENDED.to_owned()), place, waited];
+                let stopped = waited.for_reset.then(|| STOPPED.to_owned());
+                let paused = waited.to_resume.then(|| PAUSED.to_owned());
+                let words = [Some(ENDED.to_owned()), place, stopped, paused];
                 let text: Vec<String> = words.into_iter().flatten().collect();
                 text.join(" ") + &names.unwrap_or_default()
             }
@@ -170,7 +162,11 @@ mod tests {
             state: "back off = 3 stopped".to_owned(),
         };
         let at = Some(("hall 2".to_owned(), stood));
-        let waits = [Waited::Not, Waited::ToResume, Waited::ForReset];
+        let waits = [[false; 2], [true, false], [false, true], [true; 2]];
+        let waits = waits.map(|[for_reset, to_resume]| Waited {
+            for_reset,
+            to_resume,
+        });
         let ended = [at, None].map(|at| {
             waits.map(|waited| {
                 let at = at.clone();

@@ -211,7 +211,7 @@ impl Left {
                     });
                 }
             };
-            let stopped = ended.waited == Waited::ForReset;
+            let stopped = ended.waited.for_reset;
             if stopped {
                 log.warn(STAYS_STOPPED.to_owned());
             }
@@ -225,7 +225,7 @@ impl Left {
             return Ok(Self {
                 stopped,
                 lost,
-                paused: ended.waited == Waited::ToResume,
+                paused: ended.waited.to_resume,
                 ended: at,
                 ..Self::default()
             });

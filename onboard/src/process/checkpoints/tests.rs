@@ -92,16 +92,17 @@ fn a_robot_that_ended_as_asked_is_where_it_ended_and_not_stopped() {
         at: Some(("overtaking".to_owned(), at.clone())),
         waited,
     };
-    file.arrive(standing(Waited::Not)).expect("noted");
+    file.arrive(standing(Waited::default())).expect("noted");
     let left_once = left(&mut file, &plan, 101);
     assert_eq!(left_once.began(), ends());
     assert!(!left_once.lost && !left_once.stopped && left_once.place.is_none());
     assert_eq!(fs::read_dir(folder.path()).expect("there").count(), 1);
     // So is one that waited, and goes on waiting.
-    for (waited, stopped, paused) in [
-        (Waited::ForReset, true, false),
-        (Waited::ToResume, false, true),
-    ] {
+    for (stopped, paused) in [(true, false), (false, true), (true, true)] {
+        let waited = Waited {
+            for_reset: stopped,
+            to_resume: paused,
+        };
         file.arrive(standing(waited)).expect("noted");
         let left = left(&mut file, &plan, 101);
         assert_eq!(left.began(), ends());
@@ -110,14 +111,14 @@ fn a_robot_that_ended_as_asked_is_where_it_ended_and_not_stopped() {
     // Another site.
     let other = Ended {
         at: Some(("hall".to_owned(), at.clone())),
-        waited: Waited::Not,
+        waited: Waited::default(),
     };
     file.arrive(other).expect("noted");
     assert_eq!(left(&mut file, &plan, 101).ended, None);
     // Where nobody manages the areas, nobody else knows its state.
     let alone = plan_on("overtaking", &["areas.managed=false"]);
     for (state, began) in [("drive-1", ends()), ("gone", Began::Lost)] {
-        let mut standing = standing(Waited::Not);
+        let mut standing = standing(Waited::default());
         { standing.at.iter_mut() }.for_each(|(_, at)| at.state = state.to_owned());
         file.arrive(standing).expect("noted");
         assert_eq!(left(&mut file, &alone, 101).began(), began);
@@ -155,9 +156,16 @@ fn what_is_old_or_of_other_files_is_no_place_but_stays_stopped() {
         assert_eq!((left.place.is_some(), left.stopped), (good, true));
         assert_eq!(left.lost, !good, "nobody else knows where it is");
     }
-    file.save(checkpoint(&own, Mode::Paused).to_bytes())
-        .expect("kept");
-    assert!(left(&mut file, &own, 101).paused);
+    // Also of a supervisor that hangs: reset, it still waits to be resumed.
+    let mut paused = checkpoint(&own, Mode::Paused);
+    paused.paused = 1;
+    let unattended = Checkpoint::unattended(paused.to_bytes()).expect("it is one");
+    for (bytes, stopped) in [(paused.to_bytes(), false), (&unattended[..], true)] {
+        file.save(bytes).expect("kept");
+        let left = left(&mut file, &own, 101);
+        assert_eq!((left.paused, left.stopped), (true, stopped));
+    }
+    assert_eq!(Checkpoint::unattended(b"no checkpoint"), None);
 }
 
 #[test]

@@ -156,9 +156,9 @@ pub enum Refusal {
     /// The robot is neither stopped nor paused, or still moves.
     #[error("the robot drives, or may: run `onboard ctl stop` first, and wait until it stands")]
     MayMove,
-    /// Its drive counts no turns now, and would say later what has moved it since it spoke last.
+    /// Nobody counts its wheels' turns now; what has moved it since they were counted last would be added to where it is placed.
     #[error(
-        "its drive does not answer (`bus-lost`), so that nobody sees it move: say where it stands when that is over"
+        "its drive does not answer, or what reads its wheels hangs (see `onboard inspect`), so that nobody sees it move: say where it stands when that is over"
     )]
     Unmeasured,
     /// The machine of this role has no such state.

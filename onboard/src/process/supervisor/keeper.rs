@@ -21,6 +21,8 @@ const NOTED_NS: u64 = SECOND_NS;
 pub(super) struct Known {
     /// A [`Mode`].
     pub(super) mode: u64,
+    /// An operator has paused it.
+    pub(super) paused: bool,
     /// Nobody knows where it is, whatever its navigation takes for its pose.
     pub(super) lost: bool,
     /// Faults that wait for an operator, a bit for each number.
@@ -58,6 +60,7 @@ impl Keeper {
         };
         if left.stopped {
             keeper.checkpoint.mode = Mode::Stopped as u64;
+            keeper.checkpoint.paused = u64::from(left.paused);
             keeper.checkpoint.navigator.uncertain = 1;
             keeper.save();
         }
@@ -104,6 +107,7 @@ impl Keeper {
     ) {
         let checkpoint = &mut *self.checkpoint;
         (checkpoint.mode, checkpoint.stopped_by) = (known.mode, known.stopped_by);
+        checkpoint.paused = u64::from(known.paused);
         checkpoint.odometry = *odometry;
         checkpoint.navigator = whereabouts.at;
         // What navigation takes for its pose until somebody says where the robot stands, is none.
@@ -204,7 +208,7 @@ mod tests {
             keeper.checkpoint.navigator.pose = Pose2::new(1.0, 2.0, 0.5);
             keeper.checkpoint.navigator.covariance[1][1] = 0.04;
             keeper.checkpoint.navigator.uncertain = uncertain;
-            keeper.arrive(Waited::Not, navigator.machine());
+            keeper.arrive(Waited::default(), navigator.machine());
             let at = says.try_recv().ok().and_then(|ended| ended.at);
             let state = navigator.machine().state_name(StateId(0)).to_owned();
             let stood = Stood {
@@ -263,7 +267,10 @@ mod tests {
             place: Some(Checkpoint::of(&plan)),
             ..Left::default()
         };
-        let waited = Waited::ForReset;
+        let waited = Waited {
+            for_reset: true,
+            to_resume: true,
+        };
         let navigator = plan.navigator().expect("one");
         let site = plan.site.value.name.clone();
         let at = Some(site).zip(at);

@@ -58,9 +58,7 @@ impl Supervisor {
             {
                 Err(Refusal::MayMove)
             }
-            Request::Place(_) if self.table.state(Fault::BusLost).active != 0 => {
-                Err(Refusal::Unmeasured)
-            }
+            Request::Place(_) if self.is_unmeasured(now_ns) => Err(Refusal::Unmeasured),
             // Its state is one of the machine that goes.
             Request::Place(_) if self.is_reloading() => Err(Refusal::AnotherReload),
             Request::Place(place) => match self.place(place, now_ns) {

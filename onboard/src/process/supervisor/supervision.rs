@@ -61,6 +61,8 @@ pub struct Supervisor {
     pub(super) slept_ns: Option<u64>,
     /// What dead reckoning had not measured when it was looked at last.
     pub(super) unmeasured_m: f64,
+    /// It goes on from what another process has left, and has not looked yet.
+    pub(super) goes_on: bool,
     /// Nobody knows where the robot stands until an operator says so.
     pub(super) lost: bool,
     /// Where an operator has said that it stands, until navigation says so too.
@@ -100,6 +102,7 @@ impl Supervisor {
             placings: Waiting::default(),
             slept_ns: None,
             unmeasured_m: 0.0,
+            goes_on: false,
             lost: false,
             placed: None,
         }
@@ -121,8 +124,9 @@ impl Supervisor {
     pub fn heed(&mut self, left: &Left, now_ns: u64) {
         self.operator_paused = left.paused;
         self.lost = left.lost;
-        let before = left.place.as_ref();
-        self.unmeasured_m = before.map_or(0.0, |before| before.odometry.unmeasured_m);
+        if let Some(before) = &left.place {
+            (self.goes_on, self.unmeasured_m) = (true, before.odometry.unmeasured_m);
+        }
         if left.lost {
             self.raise(Who::Supervisor, Fault::PlaceUnknown, 0.0, now_ns);
         } else if left.stopped {
@@ -134,10 +138,9 @@ impl Supervisor {
     pub fn arrive(&mut self) {
         // While the drive is gone nobody knows what is the matter with it: an emergency stop may take its supply.
         let gone = self.table.state(Fault::BusLost).active != 0;
-        let waited = match self.mode_of_itself() {
-            mode if gone || mode == Mode::Stopped => Waited::ForReset,
-            Mode::Paused => Waited::ToResume,
-            _ => Waited::Not,
+        let waited = Waited {
+            for_reset: gone || self.mode_of_itself() == Mode::Stopped,
+            to_resume: self.operator_paused,
         };
         // Whoever starts it again knows no better where it is.
         if !self.is_lost() && self.placed.is_none() {
@@ -180,6 +183,7 @@ impl Supervisor {
         }
         let known = Known {
             mode,
+            paused: self.operator_paused,
             lost: self.is_lost() || self.placed.is_some(),
             stopped_by: { self.stopped_by() }.fold(0, |all, fault| all | 1 << fault as u64),
         };
