@@ -233,7 +233,7 @@ impl Activity for MotionTube {
         }
     }
 
-    fn configure(&mut self, _now_ns: u64) {
+    fn configure(&mut self, now_ns: u64) {
         if self.port.state() == LifeCycleState::Reconfiguring {
             let Some(mut tubes) = self.exchange.take() else {
                 return;
@@ -243,6 +243,9 @@ impl Activity for MotionTube {
             tubes.save(&mut self.floor);
             self.tubes.resume(&self.floor);
             self.exchange.give_back(tubes);
+        } else {
+            // What was left by another process is left to the next one, too, should this one end at once.
+            self.publish_floor(now_ns);
         }
         self.port.step(LifeCycleEvent::Configured);
     }

@@ -165,8 +165,9 @@ pub fn compose_chain(
     let mut tubes = Box::new(plan.motion_tubes()?);
     if let Some(left) = left {
         reckoning.resume(&left.odometry);
-        // Without the floor it is looked at as at the start of any process.
-        let _ = tubes.resume(&left.floor);
+        if !tubes.resume(&left.floor) {
+            tubes.assume_nothing();
+        }
     }
     let proprioception = Proprioception::new(
         port(ActivityKind::Proprioception),

@@ -1,6 +1,6 @@
 //! Differences between two plans that a running robot cannot take over.
 
-use description::robot::{Control, Drive, DriveLimits};
+use description::robot::{Control, Drive, DriveLimits, Tubes};
 
 use super::contents::Plan;
 
@@ -29,6 +29,8 @@ impl Plan {
             .map(|(name, _)| name.replace("<id>", &ours.identity.id))
             .or_else(|| fixed_in_drive(&ours.drive, &theirs.drive))
             .or_else(|| fixed_in_control(&ours.control, &theirs.control))
+            .or_else(|| fixed_in_tubes(&ours.tubes, &theirs.tubes))
+            .or_else(|| self.fixed_for_the_fleet(other))
     }
 }
 
@@ -75,6 +77,20 @@ fn fixed_in_drive(ours: &Drive, theirs: &Drive) -> Option<String> {
         Some((key, _)) => Some(format!("drive.{key}")),
         None => (*ours != theirs).then(|| "drive".to_owned()),
     }
+}
+
+/// What is remembered of the floor is kept in cells of this size, so many of them, for so long.
+fn fixed_in_tubes(ours: &Tubes, theirs: &Tubes) -> Option<String> {
+    let keys = [
+        ("sample_step_m", ours.sample_step_m == theirs.sample_step_m),
+        ("augment_m", ours.augment_m == theirs.augment_m),
+        (
+            "floor_memory_m",
+            ours.floor_memory_m == theirs.floor_memory_m,
+        ),
+    ];
+    let key = keys.into_iter().find(|(_, same)| !same);
+    key.map(|(key, _)| format!("tubes.{key}"))
 }
 
 fn fixed_in_control(ours: &Control, theirs: &Control) -> Option<String> {

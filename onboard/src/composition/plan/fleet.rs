@@ -100,6 +100,27 @@ impl Plan {
         }
     }
 
+    /// The first key that differs of those by which a robot with a mediator reckons before which border it can still stop: its side of the
+    /// mediator goes on with what it was started with.
+    pub(super) fn fixed_for_the_fleet(&self, other: &Self) -> Option<String> {
+        let (ours, theirs) = (&self.robot.navigation, &other.robot.navigation);
+        let speeds = [self, other].map(|plan| plan.robot.drive.limits.max_speed_m_s);
+        let keys = [
+            (
+                "navigation.deceleration_m_s2",
+                ours.deceleration_m_s2 == theirs.deceleration_m_s2,
+            ),
+            (
+                "navigation.border_sigma",
+                ours.border_sigma == theirs.border_sigma,
+            ),
+            ("drive.max_speed_m_s", speeds[0] == speeds[1]),
+        ];
+        let key = keys.into_iter().find(|(_, same)| !same);
+        key.filter(|_| self.site.areas_managed)
+            .map(|(key, _)| format!("{key} on a site whose areas are managed"))
+    }
+
     /// Whether a robot that runs this plan with a mediator can go on under the other: areas and states keep their numbers
     /// and their meaning.
     pub(super) fn has_same_fleet_as(&self, other: &Self) -> bool {

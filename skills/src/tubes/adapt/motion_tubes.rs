@@ -172,6 +172,11 @@ impl MotionTubes {
         known
     }
 
+    /// Nobody has put the robot where it is, and what it remembered is gone: nothing is assumed of the floor beside it until it is reset.
+    pub fn assume_nothing(&mut self) {
+        self.floor.assume_nothing();
+    }
+
     /// Somebody sees that the floor straight behind the robot is free, so many metres from its rear. Real time.
     pub fn trust_behind(&mut self, way_m: f64) {
         self.floor.trust_behind(way_m);

@@ -59,6 +59,8 @@ pub struct Floor {
     age_codes: Box<[u8]>,
     driven_m: f64,
     pose: Option<Pose2>,
+    /// Whoever put the robot where it begins has seen what is beside it.
+    assumes: bool,
     /// Somebody sees that it is free so far behind the robot; taken in with the next scan.
     trusted_m: f64,
 }
@@ -104,8 +106,14 @@ impl Floor {
             age_codes: (0..=kept_mm).map(age_code).collect(),
             driven_m: 0.0,
             pose: None,
+            assumes: true,
             trusted_m: 0.0,
         }
+    }
+
+    /// Nobody has put the robot where it begins: of the floor beside it nothing is assumed.
+    pub fn assume_nothing(&mut self) {
+        self.assumes = false;
     }
 
     /// Somebody who looks sees that the floor beside the robot and straight behind it is free, so many metres from its rear
@@ -137,7 +145,7 @@ impl Floor {
         self.marked_mm.fill(0);
         self.unknown.fill(u64::MAX);
         self.unassumed.fill(u64::MAX);
-        self.pose = None;
+        (self.pose, self.assumes) = (None, true);
         self.trusted_m = 0.0;
     }
 
@@ -216,7 +224,7 @@ impl Floor {
         let begins = self.pose.is_none();
         self.pose = Some(pose);
         self.narrow(known);
-        if begins {
+        if begins && self.assumes {
             self.assume(pose);
         }
         let trusted_m = std::mem::take(&mut self.trusted_m);

@@ -4,7 +4,7 @@ use super::stand::with_detours;
 use super::stand::{AHEAD, Stand, with_disc, without_detours};
 use super::world::{MS, Random, Robot, Thing, corridor, urg};
 use crate::scan::{AlignedScan, ScanGeometry};
-use crate::tubes::{FloorCheckpoint, ObserveError, Reason, Verdict};
+use crate::tubes::{FloorCheckpoint, MotionTubes, ObserveError, Reason, Verdict};
 use description::geometry::{MotionCommand, Pose2, Twist2};
 
 #[test]
@@ -140,14 +140,26 @@ fn other_tubes_go_on_with_what_stood_beside_it_and_with_the_floor_behind_it() {
     let mut left = FloorCheckpoint::default();
     before.tubes.save(&mut left);
     assert!(left.cell_m > 0.0);
-    for (resumes, beside, behind) in [
-        (true, Verdict::Stopped, Verdict::Free),
+    type Begins = fn(&mut MotionTubes, &FloorCheckpoint);
+    let begins: [(Begins, Verdict, Verdict); 3] = [
+        (
+            |tubes, left| assert!(tubes.resume(left)),
+            Verdict::Stopped,
+            Verdict::Free,
+        ),
         // Who put it down there has looked beside it, not behind it.
-        (false, Verdict::Free, Verdict::Stopped),
-    ] {
+        (|_, _| (), Verdict::Free, Verdict::Stopped),
+        // Nobody has.
+        (
+            |tubes, _| tubes.assume_nothing(),
+            Verdict::Stopped,
+            Verdict::Stopped,
+        ),
+    ];
+    for (begins, beside, behind) in begins {
         let mut after = beside_a_post();
         after.tubes = Stand::new(without_detours()).tubes;
-        assert!(!resumes || after.tubes.resume(&left));
+        begins(&mut after.tubes, &left);
         let last = *after.look(&post(), turn, 3.0).last().unwrap();
         assert_eq!(last.verdict, beside, "{last:?}");
         let last = *after.look(&post(), back, 3.0).last().unwrap();

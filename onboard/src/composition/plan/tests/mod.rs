@@ -153,6 +153,23 @@ fn a_reload_exchanges_limits_and_not_hardware() {
     ] {
         assert_eq!(with(fixed).as_deref(), Some(key));
     }
+    for key in ["sample_step_m=0.04", "augment_m=0.07", "floor_memory_m=2.0"] {
+        let found = with(&format!("tubes.{key}"));
+        let name = key.split('=').next().map(|key| format!("tubes.{key}"));
+        assert_eq!(found, name);
+    }
+    // By which its side of the mediator reckons.
+    let managed = plan("overtaking", &[]);
+    for key in [
+        "navigation.deceleration_m_s2=0.3",
+        "navigation.border_sigma=2.5",
+        "drive.max_speed_m_s=0.3",
+    ] {
+        let found = managed.first_fixed_difference(&plan("overtaking", &[key]));
+        let name = key.split('=').next().unwrap_or_default();
+        assert!(found.is_some_and(|found| found.starts_with(name)), "{key}");
+        assert_eq!(with(key), None, "{key}");
+    }
 }
 
 /// Drives a navigator as if its commands were followed at once and its odometry were perfect.
