@@ -103,7 +103,8 @@ impl Peers {
     /// in its name. One that has no registration takes any from another journal. Two mediators that refuse a robot each would
     /// else outdo each other for ever: it says of neither that it is heard, and at each larger epoch processes before it count as
     /// living for as long again. And none is taken that robots would not believe.
-    pub(crate) fn larger_epoch(&self, report: &RobotReport) -> Option<u64> {
+    /// `sent`: number of this mediator's last message to the robot.
+    pub(crate) fn larger_epoch(&self, report: &RobotReport, sent: u64) -> Option<u64> {
         // One of an older version does not say whether its mediator is gone.
         let says = report.mediator_instance != 0 && !report.mediator_heard;
         let bound = report.session != 0 || report.mediator_journal == self.journal;
@@ -114,14 +115,15 @@ impl Peers {
             .saturating_add(MOST_GROWTH)
             .min(LAST_NUMBER);
         let larger = (self.epoch..most).contains(&epoch);
-        (larger && (gone || self.is_ahead(report))).then(|| epoch + 1)
+        (larger && (gone || self.is_ahead(report, sent))).then(|| epoch + 1)
     }
 
     /// The robot has heard this mediator with an epoch that it does not have, or with a number of a message after which too few
-    /// are left: somebody has spoken in its name, or the robot lies. With a larger epoch messages count from anywhere.
-    pub(crate) fn is_ahead(&self, report: &RobotReport) -> bool {
+    /// are left: somebody has spoken in its name, or the robot lies. With a larger epoch messages count from anywhere. What this
+    /// mediator has `sent` itself is no lie: after one of half of all numbers it counts on from there.
+    pub(crate) fn is_ahead(&self, report: &RobotReport, sent: u64) -> bool {
         let heard = (report.mediator_epoch, report.mediator_sequence);
-        report.mediator_instance == self.instance && heard > (self.epoch, LAST_NUMBER / 2)
+        report.mediator_instance == self.instance && heard > (self.epoch, sent.max(LAST_NUMBER / 2))
     }
 
     /// All are to be asked what they have, for this robot's sake. Returns whether they are now, and not later.
@@ -323,10 +325,10 @@ mod tests {
             mediator_heard: false,
             ..report(7, 4, 1)
         };
-        assert_eq!(peers.larger_epoch(&follows(0, 9)), None);
-        assert_eq!(peers.larger_epoch(&follows(5, 9)), Some(5));
+        assert_eq!(peers.larger_epoch(&follows(0, 9), 0), None);
+        assert_eq!(peers.larger_epoch(&follows(5, 9), 0), Some(5));
         // It takes nothing older from the journal that it heard of last.
-        assert_eq!(peers.larger_epoch(&follows(0, 6)), Some(5));
+        assert_eq!(peers.larger_epoch(&follows(0, 6), 0), Some(5));
     }
 
     #[test]

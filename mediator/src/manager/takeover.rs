@@ -66,9 +66,10 @@ impl Manager {
         if self.peers.stands_by {
             return true;
         }
-        let larger = self.peers.larger_epoch(report);
+        let sent = self.sessions.robot(robot).sent;
+        let larger = self.peers.larger_epoch(report, sent);
         // Once for each time that it is lost: until it has followed this mediator it is not accounted for.
-        let is_elsewhere = self.peers.is_foreign(report) || self.peers.is_ahead(report);
+        let is_elsewhere = self.peers.is_foreign(report) || self.peers.is_ahead(report, sent);
         let lost = is_elsewhere && !self.sessions.robot(robot).unaccounted;
         if larger.is_some() || lost || self.peers.asks(robot) {
             if !self.peers.ask(robot, now_ns) {

@@ -174,3 +174,31 @@ fn a_made_up_run_of_a_revocation_leaves_room_for_others() {
         }
     }
 }
+
+/// They talk on, so long that whoever was to be asked anew was.
+fn talks_on(manager: &mut Manager, robots: &mut Robots, now_ns: &mut u64) {
+    for _ in 0..14 {
+        *now_ns += SILENT_AFTER_NS / 2;
+        talk(manager, robots, *now_ns);
+    }
+}
+
+/// Of the newest message that it has heard.
+#[test]
+fn a_made_up_number_of_a_message_leaves_room_for_others() {
+    for sequence in [(1 << 61) - 3, 1 << 61, (1 << 61) + 1] {
+        let mut manager = start(&Stored::new(1), 50, 0);
+        let mut robots = robots();
+        talk(&mut manager, &mut robots, NOW_NS);
+        lie(&mut manager, &mut robots, NOW_NS, |report| {
+            report.mediator_sequence = sequence;
+        });
+        let mut now_ns = NOW_NS;
+        talks_on(&mut manager, &mut robots, &mut now_ns);
+        let epoch = manager.epoch();
+        talks_on(&mut manager, &mut robots, &mut now_ns);
+        let what = format!("message {sequence}");
+        assert_eq!(manager.epoch(), epoch, "{what}");
+        drives_through(&mut manager, &mut robots, 0, now_ns, &what);
+    }
+}
