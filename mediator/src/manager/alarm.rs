@@ -27,6 +27,11 @@ pub enum Alarm {
         "robot `{robot}` was offered {most} sessions since this start, and gets no more: see who uses its certificate, and whether the robot hears this mediator; then start the mediator again"
     )]
     TooManySessions { robot: String, most: u64 },
+    /// A report under a number that its process cannot have reached.
+    #[error(
+        "robot `{robot}` reports under number {found}, which its process cannot have reached; dropped: see who uses its certificate, and if the robot is not heard, start its program again"
+    )]
+    MadeUpNumber { robot: String, found: u64 },
     /// Robots follow another mediator.
     #[error(
         "robots of this site follow another mediator; this one, {instance:016x}, {}: end the wrong one",
@@ -192,6 +197,7 @@ impl Alarm {
         match self {
             Self::Doubled { robot }
             | Self::TooManySessions { robot, .. }
+            | Self::MadeUpNumber { robot, .. }
             | Self::OlderJournal { robot, .. }
             | Self::Version { robot, .. }
             | Self::Site { robot, .. }

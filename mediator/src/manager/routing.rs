@@ -168,7 +168,7 @@ impl Manager {
     pub fn report(&mut self, report: &RobotReport, now_ns: u64) {
         let effects = &mut self.effects;
         effects.counters.reports += 1;
-        let Some(robot) = self.sessions.identify(report, effects) else {
+        let Some(robot) = self.sessions.identify(report, now_ns, effects) else {
             return;
         };
         self.coordinations.look_again_at(robot);

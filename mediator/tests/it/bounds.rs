@@ -202,3 +202,28 @@ fn a_made_up_number_of_a_message_leaves_room_for_others() {
         drives_through(&mut manager, &mut robots, 0, now_ns, &what);
     }
 }
+
+/// Of a report that counts: the robot goes on from there, and what is started next knows nothing of it.
+#[test]
+fn a_made_up_number_of_a_report_leaves_room_after_a_restart_and_with_another_mediator() {
+    for sequence in [(1 << 61) - 3, 1 << 61] {
+        let what = format!("report {sequence}");
+        let mut stored = Stored::new(1);
+        let mut manager = start(&stored, 50, 0);
+        let mut robots = robots();
+        talk(&mut manager, &mut robots, NOW_NS);
+        lie(&mut manager, &mut robots, NOW_NS, |report| {
+            report.sequence = sequence;
+        });
+        let mut now_ns = NOW_NS;
+        talks_on(&mut manager, &mut robots, &mut now_ns);
+        for _ in 0..2 {
+            restart(&mut manager, &mut stored);
+            talks_on(&mut manager, &mut robots, &mut now_ns);
+            drives_through(&mut manager, &mut robots, 0, now_ns, &what);
+        }
+        let mut manager = start(&Stored::new(2), 60, now_ns);
+        talks_on(&mut manager, &mut robots, &mut now_ns);
+        drives_through(&mut manager, &mut robots, 0, now_ns, &what);
+    }
+}

@@ -10,6 +10,7 @@
 
 mod awaited;
 mod factsheet;
+mod numbers;
 mod refusing;
 mod session;
 mod table;

@@ -1,10 +1,11 @@
 //! Who speaks for one robot.
 
-use contract::client::{LAST_NUMBER, is_reached_from};
+use contract::client::LAST_NUMBER;
 use contract::timing::{DOUBLED_AFTER_NS, ENTERS_NO_MORE_NS, LEVEL_PERIOD_NS};
 use contract::wire::RobotReport;
 
 use super::factsheet::Factsheet;
+use super::numbers::Numbers;
 use crate::journal::RobotRecord;
 
 /// The last 64 earlier boots are remembered, so that their late reports are recognised as such; and as many that were found beside
@@ -82,6 +83,7 @@ pub(crate) struct Session {
     pub(crate) registered: bool,
     /// Of the last report of this boot.
     pub(crate) sequence: u64,
+    pub(super) numbers: Numbers,
     /// Of the last one that counted: from that one on the robot's lease runs.
     pub(crate) counted: u64,
     pub(crate) heard_ns: u64,
@@ -150,16 +152,6 @@ impl Session {
     /// A process speaks for the robot, and it is that one.
     pub(crate) fn is_of(&self, boot_epoch: u64) -> bool {
         self.number > 0 && self.boot_epoch == boot_epoch
-    }
-
-    /// Whether a process can have sent so many reports by now. What says so is of somebody who speaks in its name.
-    pub(crate) fn may_have_sent(&self, boot_epoch: u64, sequence: u64) -> bool {
-        let newest = if self.is_of(boot_epoch) {
-            self.sequence
-        } else {
-            0
-        };
-        is_reached_from(newest, sequence)
     }
 
     /// Whether the head of a report is that of the next one that counts.

@@ -7,6 +7,7 @@ use contract::wire::{MediatorReport, RobotReport};
 use contract::{VERSION, Version};
 
 use super::factsheet::Factsheet;
+use super::numbers::Belief;
 use super::session::Session;
 use crate::manager::alarm::Alarm;
 use crate::manager::effects::Effects;
@@ -80,22 +81,34 @@ impl Sessions {
     pub(crate) fn identify(
         &mut self,
         report: &RobotReport,
+        now_ns: u64,
         effects: &mut Effects,
     ) -> Option<usize> {
-        let found = self.names.robot(&report.robot_id);
-        if found.is_none() {
+        let Some(robot) = self.names.robot(&report.robot_id) else {
             effects.counters.bad += 1;
             let alarm = Alarm::UnknownRobot(report.robot_id.clone());
             self.send_refusal(self.refusal(report, alarm.to_string()));
             effects.alarms.push(alarm);
-        }
-        let says = |&robot: &usize| {
-            let own = &self.robots[robot];
-            own.may_have_sent(report.boot_epoch, report.sequence)
+            return None;
         };
-        let believed = found.filter(says);
-        effects.counters.bad += u64::from(found.is_some() && believed.is_none());
-        believed
+        let own = &mut self.robots[robot];
+        let newest = if own.is_of(report.boot_epoch) {
+            own.sequence
+        } else {
+            0
+        };
+        let believed = (own.numbers).judge(newest, report, now_ns, self.silent_after_ns);
+        if believed == Belief::Yes {
+            return Some(robot);
+        }
+        effects.counters.bad += 1;
+        if believed == Belief::No {
+            effects.alarms.push(Alarm::MadeUpNumber {
+                robot: self.names.robot_id(robot),
+                found: report.sequence,
+            });
+        }
+        None
     }
 
     /// Judges the head of a report: whether it is of the process that speaks for the robot, in its order, and meant for this

@@ -8,6 +8,7 @@ use contract::client::{LAST_NUMBER, SEQUENCE_STEP};
 use contract::timing::{CANDIDATE_TIMEOUT_NS, DOUBLED_AFTER_NS, LEVEL_PERIOD_NS};
 use contract::wire::RobotReport;
 
+use super::numbers::MOST_AT_FIRST;
 use super::session::SESSIONS_PER_EPOCH;
 use super::table::{Recognised, Sessions};
 use crate::journal::RobotRecord;
@@ -78,7 +79,7 @@ fn a_number_that_a_process_cannot_have_reached_is_not_believed() {
     let (mut sessions, mut effects) = registered();
     let mut counts = |session, sequence| {
         let said = report(7, session, sequence);
-        sessions.identify(&said, &mut effects).is_some()
+        sessions.identify(&said, 0, &mut effects).is_some()
             && sessions.recognise(0, &said, true, 0, &mut effects).counts
     };
     let half = LAST_NUMBER / 2;
@@ -93,6 +94,33 @@ fn a_number_that_a_process_cannot_have_reached_is_not_believed() {
     assert!(!counts(1, half + 1 + SEQUENCE_STEP) && counts(1, half + SEQUENCE_STEP));
     assert_eq!(sessions.robot(0).sequence, half + SEQUENCE_STEP);
     assert_eq!((effects.counters.bad, effects.counters.stale), (4, 1));
+    let told = { effects.alarms.iter() }.filter(|own| matches!(own, Alarm::MadeUpNumber { .. }));
+    assert_eq!(told.count(), 4);
+}
+
+/// As after a start of the mediator: the robot has gone on from a lie that counted before.
+#[test]
+fn a_large_first_number_is_believed_of_a_process_that_says_no_smaller_one() {
+    let half = LAST_NUMBER / 2;
+    let (mut sessions, mut effects) = sessions();
+    let mut believes = |boot_epoch, sequence, now_ns| {
+        let said = report(boot_epoch, 0, sequence);
+        { sessions.identify(&said, now_ns, &mut effects) }.is_some()
+    };
+    for now_ns in 0..=SILENT_NS / 200_000_000 {
+        assert!(!believes(7, half + 1 + now_ns, now_ns * 200_000_000));
+    }
+    assert!(believes(7, half + 9, SILENT_NS + 1));
+    // Of another one that is as large, and of one that leaves the robot no room.
+    assert!(!believes(8, half + 9, SILENT_NS + 2));
+    assert!(!believes(7, MOST_AT_FIRST + 1, SILENT_NS + 3));
+    // One lie at first: the process itself says smaller ones.
+    assert!(!believes(9, half + 9, 2 * SILENT_NS) && believes(9, 3, 2 * SILENT_NS + 1));
+    assert!(!believes(9, half + 9, 4 * SILENT_NS));
+    assert!(matches!(
+        effects.alarms[..],
+        [Alarm::MadeUpNumber { found, .. }] if found == MOST_AT_FIRST + 1
+    ));
 }
 
 #[test]
@@ -243,7 +271,7 @@ fn another_site_or_version_or_robot_is_refused_once() {
         robot_id: "amr-9".into(),
         ..report(7, 0, 1)
     };
-    assert_eq!(sessions.identify(&stranger, &mut effects), None);
+    assert_eq!(sessions.identify(&stranger, 0, &mut effects), None);
     let refusal = sessions.next_refusal().expect("it is told");
     assert!(refusal.refusal.contains("amr-9") && refusal.session == 0);
     // With the right site it is welcome.
