@@ -7,7 +7,7 @@ use contract::wire::RobotReport;
 use super::alarm::Alarm;
 use super::areas::Areas;
 use super::circle::CircleWatch;
-use super::coordinations::{Coordinations, Surroundings, says_acquired};
+use super::coordinations::{Coordinations, Surroundings};
 use super::effects::{Counters, Effects};
 use super::error::{RestoreError, UnknownRobot};
 use super::names::Names;
@@ -219,8 +219,10 @@ impl Manager {
         if heard.again {
             self.areas.touch_what_waits(robot);
         }
-        if heard.again || report.control.as_ref().is_some_and(says_acquired) {
+        if heard.again {
             self.coordinations.may_answer(robot);
+        } else if let Some(control) = &report.control {
+            self.coordinations.take_answer(robot, control);
         }
         if self.take_in_areas(robot, report, heard, now_ns) {
             self.sessions.drop_candidate(robot);

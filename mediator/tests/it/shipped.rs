@@ -14,6 +14,8 @@ struct Robot {
     now: Situation,
     /// It says nothing of its discrete control.
     mute: bool,
+    /// But that it was acquired in this coordination.
+    says_acquired_in: Option<u64>,
     /// It repeats for ever that it was asked for it.
     stuck: bool,
     repeats: Option<Control>,
@@ -28,6 +30,7 @@ impl Robot {
                 ..Situation::default()
             },
             mute: false,
+            says_acquired_in: None,
             stuck: false,
             repeats: None,
         }
@@ -97,6 +100,17 @@ impl Scene {
                 robot.client.step(robot.now.clone(), self.now_ns, SECOND_NS);
                 let mut report = robot.client.report();
                 report.control = report.control.filter(|_| !robot.mute);
+                if let Some(coordination) = robot.says_acquired_in {
+                    let level = Level {
+                        progress: 2,
+                        ..Level::default()
+                    };
+                    report.control = Some(Control {
+                        coordination,
+                        level: Some(level),
+                        ..Control::default()
+                    });
+                }
                 if robot.stuck {
                     let asked = Some(Level {
                         progress: 1,
@@ -359,6 +373,38 @@ fn a_robot_that_repeats_for_ever_that_it_was_asked_does_not_hold_the_other() {
     scene.wait(1);
     assert!(scene.normal.client.is_acquired() && scene.emergency.client.is_acquired());
     assert!(scene.alarms().is_empty());
+}
+
+#[test]
+fn a_robot_that_repeats_for_ever_that_it_was_acquired_once_does_not_hold_the_other() {
+    let mut scene = Scene::new();
+    scene.normal.mute = true;
+    scene.come_up();
+    scene.wait(6 + 60);
+    assert_eq!(scene.runs(), 1, "the second one");
+    // Of the first one, which is over.
+    scene.normal.says_acquired_in = Some(1);
+    scene.wait(6);
+    for second in 0..50 {
+        assert_eq!(scene.runs(), 0, "after {second} s");
+        scene.wait(1);
+    }
+    // Nor does a number that nobody has given out mean that it answers.
+    scene.normal.says_acquired_in = Some(1000);
+    scene.wait(1);
+    assert_eq!(scene.runs(), 0);
+}
+
+#[test]
+fn a_robot_that_answers_late_is_asked_again_at_once() {
+    let mut scene = Scene::new();
+    scene.normal.mute = true;
+    scene.come_up();
+    scene.wait(6);
+    assert_eq!(scene.runs(), 0);
+    scene.normal.says_acquired_in = Some(1);
+    scene.wait(1);
+    assert_eq!(scene.runs(), 1);
 }
 
 /// A robot lies once about what it takes part in.

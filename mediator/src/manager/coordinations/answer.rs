@@ -7,4 +7,6 @@ pub(super) struct Answer {
     pub(super) asked: Option<(u64, u64)>,
     /// It did not answer before, and is left alone until then.
     pub(super) mute_until_ns: u64,
+    /// The coordination that it did not answer last.
+    pub(super) mute_in: u64,
 }

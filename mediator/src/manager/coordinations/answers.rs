@@ -19,7 +19,7 @@ const ACQUIRED_PROGRESS: u32 = 2;
 
 /// The robot has handed its discrete control over. One that is stuck repeats for ever that it was asked to, and so do reports that
 /// are late.
-pub(crate) fn says_acquired(control: &Control) -> bool {
+fn says_acquired(control: &Control) -> bool {
     let progress = control.level.as_ref().map_or(0, |level| level.progress);
     progress >= ACQUIRED_PROGRESS
 }
@@ -28,6 +28,15 @@ impl Coordinations {
     /// The robot has not answered of late.
     pub(super) fn is_mute(&self, robot: usize, now_ns: u64) -> bool {
         now_ns < self.answers[robot].mute_until_ns
+    }
+
+    /// A robot that answers late may be asked again. What it says of another coordination than that which it did not answer is no
+    /// answer: it may repeat for ever what it said in an earlier one, or make up numbers.
+    pub(crate) fn take_answer(&mut self, robot: usize, control: &Control) {
+        let own = self.answers[robot];
+        if own.mute_until_ns > 0 && own.mute_in == control.coordination && says_acquired(control) {
+            self.may_answer(robot);
+        }
     }
 
     /// A robot that was out of reach, or has answered, may be asked again.
@@ -62,6 +71,7 @@ impl Coordinations {
             *answer = Answer {
                 asked: None,
                 mute_until_ns: around.now_ns.saturating_add(MUTE_NS),
+                mute_in: number,
             };
             self.candidates.note_mute(robot);
             let plans = self.plans_that_run();

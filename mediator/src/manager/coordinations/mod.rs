@@ -17,7 +17,6 @@ mod steps;
 mod surroundings;
 mod watch;
 
-pub(crate) use answers::says_acquired;
 pub(crate) use running::Coordinations;
 pub use status::CoordinationStatus;
 pub(crate) use surroundings::Surroundings;
