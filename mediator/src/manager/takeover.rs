@@ -277,6 +277,10 @@ impl Manager {
         for &area in &areas {
             self.take_out(robot, area, now_ns);
         }
+        // Also where it had no area.
+        self.coordinate(now_ns, |coordinations, around| {
+            coordinations.cleared_of(robot, around);
+        });
         self.areas.withdraw(robot, &mut self.effects);
         self.effects.tell(robot);
         let was_last = self.sessions.give_up(robot);

@@ -165,6 +165,24 @@ fn what_stands_still_gets_out_of_the_way_before_anything_else_moves() {
 
 /// Each run has a number of its own, by which `status` lists it.
 #[test]
+fn a_robot_that_is_absent_takes_part_in_nothing_though_it_had_no_area() {
+    let (_, _, mut manager, mut clients) = overtaking();
+    (clients[1].1.stands_in, clients[1].1.wanted) = Default::default();
+    talk(&mut manager, &mut clients, NOW_NS);
+    let runs = |manager: &Manager, now_ns| {
+        let status = manager.status(now_ns);
+        status.coordinations.iter().any(|own| !own.over)
+    };
+    assert!(runs(&manager, NOW_NS));
+    let now_ns = NOW_NS + 6 * SECOND_NS;
+    talk(&mut manager, &mut clients[..1], now_ns);
+    manager.tick(now_ns);
+    assert!(runs(&manager, now_ns));
+    assert_eq!(manager.absent("fast", false, now_ns), Ok(Vec::new()));
+    assert!(!runs(&manager, now_ns));
+}
+
+#[test]
 fn alarms_name_the_run_that_stands_still() {
     let (_, _, mut manager, mut clients) = overtaking();
     let mut named = Vec::new();
