@@ -26,7 +26,7 @@ struct Follower {
 }
 
 /// For the sake of one robot all are asked what they have once in this time: one that lies again and again must not have all
-/// register again and again.
+/// register again and again. Nor does a mediator stop standing by sooner after all were asked last.
 const ASK_PAUSE_NS: u64 = 2_000_000_000;
 
 /// For robots' sake the epoch grows by at most this much in the life of a process, so that also those follow that have heard its
@@ -53,6 +53,8 @@ pub(crate) struct Peers {
     pub(crate) looks: u64,
     /// Another one goes on.
     pub(crate) stands_by: bool,
+    /// If it stands by, it does so until then at least.
+    goes_on_ns: u64,
     /// Since when robots follow another one.
     since_ns: Option<u64>,
     told: bool,
@@ -77,6 +79,7 @@ impl Peers {
             counts: BTreeMap::new(),
             looks: 0,
             stands_by: false,
+            goes_on_ns: 0,
             since_ns: None,
             told: false,
         }
@@ -134,6 +137,12 @@ impl Peers {
             own.asks_again_ns = now_ns.saturating_add(ASK_PAUSE_NS);
         }
         !own.asks
+    }
+
+    /// All are asked, under this epoch. To end standing by is to ask all again.
+    pub(crate) fn note_asked(&mut self, epoch: u64, now_ns: u64) {
+        self.epoch = epoch;
+        self.goes_on_ns = now_ns.saturating_add(ASK_PAUSE_NS);
     }
 
     /// All are still to be asked for this robot's sake: until then it is not taken in.
@@ -230,7 +239,8 @@ impl Peers {
         }
         let rank = |(count, epoch), instance| (count, epoch, Reverse(instance));
         let own = rank((own, self.epoch), self.instance);
-        self.stands_by = { others.iter() }.any(|(&other, &rest)| rank(rest, other) > own);
+        let gives_way = { others.iter() }.any(|(&other, &rest)| rank(rest, other) > own);
+        self.stands_by = gives_way || self.stands_by && now_ns < self.goes_on_ns;
         if others.is_empty() {
             (self.since_ns, self.told) = (None, false);
             return false;

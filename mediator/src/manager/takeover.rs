@@ -37,7 +37,8 @@ pub struct Cleared {
 impl Manager {
     /// No robot is accounted for, and this mediator has a larger epoch.
     fn ask_all(&mut self, epoch: u64, now_ns: u64) {
-        (self.peers.epoch, self.sessions.epoch) = (epoch, epoch);
+        self.peers.note_asked(epoch, now_ns);
+        self.sessions.epoch = epoch;
         self.effects.entries.push(Entry::Epoch(epoch));
         for robot in 0..self.names.robots().len() {
             self.sessions.unaccount(robot, now_ns);

@@ -7,7 +7,7 @@ use contract::client::{Client, Received, Situation};
 use contract::floor::{Floor, FloorArea};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 use contract::wire::MediatorReport;
-use mediator::journal::{ClosedRecord, Stored};
+use mediator::journal::{ClosedRecord, Entry, Stored};
 use mediator::manager::{
     AbsentError, Alarm, ClearError, Cleared, Manager, RestoreError, StandsBy, Status,
 };
@@ -820,6 +820,43 @@ fn a_robot_that_goes_on_telling_of_mediators_that_are_gone_has_all_asked_once_in
     let now_ns = NOW_NS + 3 * SILENT_AFTER_NS;
     let status = talk(&mut manager, &mut robots, now_ns);
     assert!(status.awaited.is_empty() && manager.epoch() > epoch + 8);
+}
+
+/// It alone is heard, and says in turn that it hears another mediator, and that it does not.
+#[test]
+fn a_robot_that_has_the_mediator_stand_by_again_and_again_has_all_asked_once_in_a_while() {
+    let mut manager = start(&Stored::new(1), 50, 0);
+    let mut robots = ["amr-1", "amr-2", "amr-3"]
+        .map(|id| robot(id, &[]))
+        .to_vec();
+    talk(&mut manager, &mut robots, NOW_NS);
+    let (mut liar, situation) = robots.pop().expect("the third one");
+    let mut now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
+    let mut stood_by = 0;
+    let epoch = manager.epoch();
+    manager.entries().for_each(drop);
+    for round in 0..60 {
+        now_ns += SILENT_AFTER_NS / 10;
+        liar.step(situation.clone(), now_ns, SILENT_AFTER_NS);
+        let mut lie = liar.report();
+        (lie.mediator_instance, lie.mediator_journal) = (99, 9);
+        (lie.mediator_epoch, lie.mediator_heard) = (1 << 40, round % 2 == 0);
+        manager.report(&lie, now_ns);
+        manager.tick(now_ns);
+        stood_by += u32::from(manager.stands_by());
+    }
+    assert!(stood_by >= 20, "{stood_by}");
+    let grown = manager.epoch() - epoch;
+    assert!((1..=4).contains(&grown), "{grown} times in 6 s");
+    let epochs = { manager.entries() }.filter(|own| matches!(own, Entry::Epoch(_)));
+    assert_eq!(epochs.count() as u64, grown);
+    // It goes on when robots follow no other any more.
+    let now_ns = now_ns + 3 * SILENT_AFTER_NS;
+    let status = talk(&mut manager, &mut robots, now_ns);
+    assert!(
+        !status.stands_by && status.awaited == ["amr-3"],
+        "{status:?}"
+    );
 }
 
 #[test]
