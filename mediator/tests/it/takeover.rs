@@ -1129,3 +1129,60 @@ fn a_grant_that_the_journal_has_lost_ends_when_its_robot_was_said_to_be_absent()
             .any(|alarm| matches!(alarm, Alarm::BadReport { .. }))
     );
 }
+
+/// Its journal has lost that the robot came back, what it was granted since, and that this was asked back.
+#[test]
+fn a_robot_that_was_asked_more_often_than_the_journal_knows_is_asked_again() {
+    // How often it was asked, and whether it heard that its answer had come.
+    for (times, hears) in [(1, true), (1, false), (3, true), (3, false)] {
+        let mut stored = Stored::new(1);
+        let mut manager = start(&stored, 50, 0);
+        let mut robots = vec![robot("amr-2", &[]), robot("amr-3", &[])];
+        talk(&mut manager, &mut robots, NOW_NS);
+        assert_eq!(manager.absent("amr-1", false, NOW_NS), Ok(Vec::new()));
+        keep(&mut manager, &mut stored);
+        robots.push(robot("amr-1", &[]));
+        for time in 1..=times {
+            robots[2].1.wanted = vec![AREA.to_owned()];
+            talk(&mut manager, &mut robots, NOW_NS);
+            assert!(robots[2].0.holds(AREA));
+            let by = ClosedRecord::default();
+            manager.close(AREA, by, NOW_NS).expect("a known area");
+            robots[2].1.wanted = Vec::new();
+            if time == times && !hears {
+                manager.tick(NOW_NS);
+                while let Some(message) = manager.next_message(NOW_NS) {
+                    robots[2].0.receive(&message, NOW_NS);
+                }
+                let (client, situation) = &mut robots[2];
+                client.step(situation.clone(), NOW_NS, SILENT_AFTER_NS);
+            } else {
+                talk(&mut manager, &mut robots, NOW_NS);
+                manager.open(AREA, NOW_NS).expect("a known area");
+            }
+            assert!(!robots[2].0.holds(AREA));
+        }
+        let back = robots.pop().expect("the first one");
+
+        let mut manager = start(&stored, 51, NOW_NS);
+        let mut now_ns = NOW_NS + ENTERS_NO_MORE_NS;
+        assert!(talk(&mut manager, &mut robots, now_ns).awaited.is_empty());
+        robots.push(back);
+        for _ in 0..14 {
+            now_ns += SILENT_AFTER_NS / 2;
+            talk(&mut manager, &mut robots, now_ns);
+        }
+        for _ in 0..2 {
+            let what = format!("{times}, {hears}");
+            robots[2].1.wanted = vec![AREA.to_owned()];
+            talk(&mut manager, &mut robots, now_ns);
+            assert!(robots[2].0.holds(AREA), "{what}");
+            let by = ClosedRecord::default();
+            manager.close(AREA, by, now_ns).expect("a known area");
+            let status = talk(&mut manager, &mut robots, now_ns);
+            let area = &status.areas[0];
+            assert!(area.holders.is_empty(), "{what}: {area:?}");
+            manager.open(AREA, now_ns).expect("a known area");
+        }
+    }
+}

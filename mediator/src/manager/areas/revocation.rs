@@ -92,8 +92,9 @@ impl Revocation {
         self.kept == Kept::LongAgo && before != Kept::LongAgo
     }
 
-    /// Takes in an answer; whether there was something new. Where the journal has lost its last entries (`first`), the robot
-    /// knows better.
+    /// Takes in an answer; whether there was something new. Where the journal has lost its last entries the robot knows better. One
+    /// that was awaited (`first`) also knows what it is asked; of any other only its number counts, once it has answered: it
+    /// would else be asked in runs that are over for it.
     pub(super) fn merge(
         &mut self,
         protocol: &RevocationProtocol,
@@ -102,14 +103,14 @@ impl Revocation {
         first: bool,
     ) -> Result<bool, MergeError> {
         let mut changed = false;
-        match self.replica.merge(level) {
-            Err(_) if first => {
-                changed = true;
-                *self = Self::resume(protocol, RevocationRecord { level, fence })?;
+        if let Err(what) = self.replica.merge(level) {
+            let fence = if first { fence } else { 0 };
+            let said = Self::resume(protocol, RevocationRecord { level, fence })?;
+            if !first && !said.rests() {
+                return Err(what);
             }
-            merged => {
-                merged?;
-            }
+            changed = true;
+            *self = said;
         }
         while let Some(change) = self.replica.poll() {
             changed = true;

@@ -128,6 +128,8 @@ impl Areas {
         let changed = revocation.merge(protocol, level, access.fence, first)?;
         if changed {
             self.store_revocation(robot, area, effects);
+            // What it was asked for in another run it is asked for again.
+            self.touch(area);
             effects.tell(robot);
         }
         Ok(changed)
