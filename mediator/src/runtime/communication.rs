@@ -26,7 +26,7 @@ use super::shared::Shared;
 const LONGEST_LINE: u64 = 4096;
 /// Questions from afar that may wait.
 const QUESTIONS: usize = 16;
-/// Timeout of a client of the control socket.
+/// Timeout of a client of the control socket, for its question and for each of the two waits for the answer.
 const PATIENCE: Duration = Duration::from_secs(2);
 /// How often the stop flag is looked at.
 const STOP_CHECK: Duration = Duration::from_millis(20);
@@ -133,8 +133,7 @@ async fn talk(
                 Ok((stream, _)) => {
                     let inbox = Arc::clone(&inbox);
                     tokio::spawn(async move {
-                        let served = tokio::time::timeout(2 * PATIENCE, serve(stream, inbox)).await;
-                        if let Ok(Err(error)) = served {
+                        if let Err(error) = serve(stream, &inbox, PATIENCE).await {
                             tracing::debug!("control socket: {error}");
                         }
                     });
@@ -197,7 +196,12 @@ async fn keep_up(
     }
 }
 
-async fn serve(mut stream: UnixStream, inbox: Arc<Inbox>) -> std::io::Result<()> {
+/// Serves a client, and gives it up when the last answer that [`Ticket::wait_for`](super::input::Ticket::wait_for) may give is over.
+async fn serve(stream: UnixStream, inbox: &Inbox, patience: Duration) -> std::io::Result<()> {
+    tokio::time::timeout(3 * patience, talk_to(stream, inbox, patience)).await?
+}
+
+async fn talk_to(mut stream: UnixStream, inbox: &Inbox, patience: Duration) -> std::io::Result<()> {
     let who = format!("user {}", stream.peer_cred()?.uid());
     let stranger = private::peer(&stream).err();
     let mut line = String::new();
@@ -207,7 +211,7 @@ async fn serve(mut stream: UnixStream, inbox: Arc<Inbox>) -> std::io::Result<()>
         .await?;
     let text = match stranger {
         Some(why) => as_line(&Answer::Refused(why.to_string())),
-        None => answer(line.trim().as_bytes(), who, &inbox).await,
+        None => answer(line.trim().as_bytes(), who, inbox, patience).await,
     };
     write.write_all((text + "\n").as_bytes()).await
 }
@@ -220,7 +224,7 @@ async fn serve_from_afar(operator: String, query: Query, inbox: Arc<Inbox>) {
             "expected at most {LONGEST_LINE} bytes"
         )))
     } else {
-        answer(&line, format!("operator {operator}"), &inbox).await
+        answer(&line, format!("operator {operator}"), &inbox, PATIENCE).await
     };
     if let Err(error) = query.reply(query.key_expr(), answer).await {
         tracing::debug!("a question of operator {operator}: {error}");
@@ -228,9 +232,9 @@ async fn serve_from_afar(operator: String, query: Query, inbox: Arc<Inbox>) {
 }
 
 /// The answer to a line, as a line.
-async fn answer(line: &[u8], who: String, inbox: &Inbox) -> String {
+async fn answer(line: &[u8], who: String, inbox: &Inbox, patience: Duration) -> String {
     let answer = match serde_json::from_slice::<Question>(line) {
-        Ok(question) => put(question, who, inbox).await,
+        Ok(question) => put(question, who, inbox, patience).await,
         Err(error) => {
             let line = String::from_utf8_lossy(line);
             Answer::Refused(format!("unknown question `{line}`: {error}"))
@@ -244,7 +248,7 @@ fn as_line(answer: &Answer) -> String {
 }
 
 /// Has management answer. A question that is given up is not carried out later; what is being carried out then says so.
-async fn put(question: Question, who: String, inbox: &Inbox) -> Answer {
+async fn put(question: Question, who: String, inbox: &Inbox, patience: Duration) -> Answer {
     let (reply, answer) = sync_channel(1);
     // The client may have gone.
     let reply = Box::new(move |answer| drop(reply.try_send(answer)));
@@ -257,6 +261,48 @@ async fn put(question: Question, who: String, inbox: &Inbox) -> Answer {
     if !inbox.ask(asked) {
         return Answer::Refused("the mediator is overloaded; ask again".to_owned());
     }
-    let waited = tokio::task::spawn_blocking(move || ticket.wait_for(&answer, PATIENCE));
+    let waited = tokio::task::spawn_blocking(move || ticket.wait_for(&answer, patience));
     { waited.await }.unwrap_or_else(|_| Answer::Refused("the mediator is stopping".to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::io::{BufRead, BufReader, Write};
+
+    use super::super::input::Input;
+    use super::super::waiting::Waiting;
+    use super::*;
+
+    /// It says its question after a while, and the journal cannot be written.
+    #[test]
+    fn an_order_that_is_being_carried_out_is_said_to_be_so() {
+        const PATIENCE: Duration = Duration::from_secs(1);
+        let inbox = Arc::new(Inbox::new(Waiting::new([])));
+        let runtime = tokio::runtime::Builder::new_multi_thread()
+            .worker_threads(1)
+            .enable_all()
+            .build()
+            .expect("a runtime");
+        let (mut client, server) = std::os::unix::net::UnixStream::pair().expect("a pair");
+        server.set_nonblocking(true).expect("a socket");
+        let serving = Arc::clone(&inbox);
+        runtime.spawn(async move {
+            let server = UnixStream::from_std(server).expect("a socket");
+            serve(server, &serving, PATIENCE).await
+        });
+        std::thread::sleep(PATIENCE / 4);
+        writeln!(client, r#"{{"open":{{"area":"gate"}}}}"#).expect("it is served");
+        let inputs = inbox.take(PATIENCE);
+        let taken = inputs.into_iter().find_map(|input| match input {
+            Input::Question(asked) => asked.take(),
+            Input::Report(_) => None,
+        });
+        assert!(taken.is_some(), "the order is being carried out");
+        let mut text = String::new();
+        BufReader::new(client)
+            .read_line(&mut text)
+            .expect("it is served");
+        let answer = serde_json::from_str::<Answer>(&text);
+        assert!(matches!(answer, Ok(Answer::Underway(_))), "{text}");
+    }
 }

@@ -11,8 +11,8 @@ use serde::{Deserialize, Serialize};
 use crate::journal::OrderRecord;
 use crate::manager::Status;
 
-/// Timeout of an answer.
-const PATIENCE: Duration = Duration::from_secs(5);
+/// Timeout of an answer: longer than the mediator may take, whose last word is that the order is being carried out.
+const PATIENCE: Duration = Duration::from_secs(7);
 
 /// A question or an order.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize, Deserialize)]
