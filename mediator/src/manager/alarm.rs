@@ -98,6 +98,11 @@ pub enum Alarm {
         "robot `{robot}` has a newer level of area `{area}` than the journal, which has lost its last entries; the level is taken over from the robot"
     )]
     Adopted { robot: String, area: String },
+    /// A robot that is asked anew what it has says that it has an area by a grant that is not known.
+    #[error(
+        "robot `{robot}` has area `{area}` by a grant that this mediator does not know: another one has given it, or this one's journal has lost it; it is taken over from the robot"
+    )]
+    TakenOver { robot: String, area: String },
     /// What a robot says that it was granted, or asks for, is not known, and was not taken over: it was not awaited.
     #[error(
         "robot `{robot}` has a newer level of area `{area}` than this mediator, which did not wait for the robot: that level has ended, and the robot asks anew"
@@ -208,6 +213,7 @@ impl Alarm {
             | Self::NotAwaited { robot }
             | Self::Back { robot }
             | Self::Adopted { robot, .. }
+            | Self::TakenOver { robot, .. }
             | Self::Void { robot, .. }
             | Self::Intruder { robot, .. }
             | Self::TooLarge { robot, .. }

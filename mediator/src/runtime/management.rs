@@ -36,6 +36,8 @@ pub struct Management {
     entries: Vec<Entry>,
     answers: Vec<(Reply, Answer)>,
     orders: Orders,
+    /// Carried out, and not said yet.
+    ordered: Vec<String>,
     repeats: Repeats,
     blocked: Option<Blocked>,
     next_tick_ns: u64,
@@ -60,6 +62,7 @@ impl Management {
             entries,
             answers: Vec::new(),
             orders: Orders::new(orders),
+            ordered: Vec::new(),
             repeats: Repeats::default(),
             blocked: None,
             next_tick_ns: 0,
@@ -107,7 +110,7 @@ impl Management {
         if let Err(error) = self.store.write(&self.entries) {
             return self.block(error, now_ns);
         }
-        self.raise_alarms(now_ns);
+        self.tell_people(now_ns);
         Ok(())
     }
 
@@ -132,7 +135,7 @@ impl Management {
         self.blocked = None;
         let lasted_s = now_ns.saturating_sub(blocked.since_ns) as f64 * 1e-9;
         tracing::warn!("the journal is written again, after {lasted_s:.1} s; robots are answered");
-        self.raise_alarms(now_ns);
+        self.tell_people(now_ns);
         Ok(())
     }
 
@@ -153,7 +156,11 @@ impl Management {
         Ok(())
     }
 
-    fn raise_alarms(&mut self, now_ns: u64) {
+    /// Of what is in the journal.
+    fn tell_people(&mut self, now_ns: u64) {
+        for line in self.ordered.drain(..) {
+            tracing::warn!("{line}");
+        }
         for alarm in self.manager.alarms() {
             if let Some(line) = self.repeats.say(&alarm, now_ns) {
                 tracing::warn!("{line}");
@@ -190,7 +197,7 @@ impl Management {
         entries: &mut Vec<Entry>,
     ) {
         if let Answer::Done(text) = answer {
-            tracing::warn!("{} ordered `{question}`: {text}", asker.who);
+            (self.ordered).push(format!("{} ordered `{question}`: {text}", asker.who));
         }
         self.orders.note(asker, question, answer, entries);
     }

@@ -273,6 +273,14 @@ fn stall() {
 /// It is carried out before the write that fails, and is written, and answered, when there is room.
 #[test]
 fn an_order_that_the_disk_does_not_take_is_not_said_to_be_refused() {
+    let text = Log::of(full);
+    let done = text.find("ordered `close gate`: area `gate` is closed");
+    let written = text.find("the journal is written again");
+    assert!(done > written && written.is_some(), "{text}");
+    assert_eq!(text.matches("ordered `").count(), 1, "{text}");
+}
+
+fn full() {
     let mut hall = Hall::new();
     hall.run(3_000_000_000);
     hall.disk.full.store(true, Ordering::Relaxed);

@@ -276,6 +276,13 @@ fn robots_follow_a_mediator_without_their_journal_and_keep_what_they_have() {
     let warned = { told.iter() }.find(|own| matches!(own, Alarm::OlderJournal { found: 3, .. }));
     let text = warned.expect("people are told").to_string();
     assert!(says_what_is_open(&text), "{text}");
+    let taken_over = Alarm::TakenOver {
+        robot: "amr-2".to_owned(),
+        area: AREA.to_owned(),
+    };
+    // The journal has lost nothing.
+    let adopted = { told.iter() }.any(|own| matches!(own, Alarm::Adopted { .. }));
+    assert!(told.contains(&taken_over) && !adopted, "{told:?}");
     // It stays with whom it has, also when nobody is awaited any more.
     robots.push(absent);
     let status = talk(&mut manager, &mut robots, now_ns);

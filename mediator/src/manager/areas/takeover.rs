@@ -63,7 +63,7 @@ impl Areas {
             surprises |= !known;
             if !known && has.is_some() {
                 effects.counters.adopted += 1;
-                effects.alarms.push(Alarm::Adopted {
+                effects.alarms.push(Alarm::TakenOver {
                     robot: self.names.robot_id(robot),
                     area: self.names.area_id(area),
                 });

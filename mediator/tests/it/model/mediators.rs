@@ -270,7 +270,7 @@ impl Fleet {
             Alarm::BypassedBySecond { .. } if tally.robot_crashes + tally.seconds > 0 => {
                 tally.bypassed += 1
             }
-            Alarm::Adopted { .. } if lost => tally.adopted += 1,
+            Alarm::Adopted { .. } | Alarm::TakenOver { .. } if lost => tally.adopted += 1,
             Alarm::Void { .. } if lost && ordered => tally.void += 1,
             // Reports of long ago tell of mediators that are gone.
             Alarm::SecondMediator { .. } if asked => {}
