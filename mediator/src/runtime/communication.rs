@@ -152,6 +152,7 @@ async fn talk(
                 tokio::spawn(serve_from_afar(operator, query, Arc::clone(&inbox)));
             }
             _ = keys_check.tick() => {
+                shared.count_mediators();
                 let is_stuck = files.look(Instant::now());
                 network = keep_up(network, is_stuck, &settings, &ears).await;
             }

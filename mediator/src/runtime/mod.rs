@@ -13,6 +13,7 @@ mod folder;
 mod inbox;
 mod input;
 mod management;
+mod mediators;
 mod network;
 mod orders;
 mod question;

@@ -1,9 +1,10 @@
 //! What both threads share.
 
-use std::collections::BTreeSet;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
-use std::sync::{Mutex, PoisonError};
+use std::sync::{Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
+
+use super::mediators::Mediators;
 
 /// What both threads share.
 #[derive(Debug)]
@@ -17,11 +18,8 @@ pub struct Shared {
     /// What is wrong with the site's keys, as it was said last.
     keys: Mutex<String>,
     /// Other mediators that are there.
-    mediators: Mutex<BTreeSet<u64>>,
+    mediators: Mutex<Mediators>,
 }
-
-/// At most so many other mediators are remembered, and told of.
-const MEDIATORS: usize = 16;
 
 impl Shared {
     pub(super) fn new() -> Self {
@@ -32,7 +30,7 @@ impl Shared {
             no_reports: AtomicU64::new(0),
             last_no_report: Mutex::new(String::new()),
             keys: Mutex::new(String::new()),
-            mediators: Mutex::new(BTreeSet::new()),
+            mediators: Mutex::default(),
         }
     }
 
@@ -52,21 +50,33 @@ impl Shared {
             .clear();
     }
 
-    /// Another mediator has come to the network, or has gone: says so once.
+    /// Another mediator has come to the network, or has gone: says so once, and so often in a minute.
     pub(super) fn note_mediator(&self, instance: u64, is_there: bool) {
-        let mut mediators = self
-            .mediators
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner);
-        if !is_there {
-            if mediators.remove(&instance) {
-                tracing::info!("the other mediator, {instance:016x}, is gone");
-            }
-        } else if mediators.len() < MEDIATORS && mediators.insert(instance) {
+        if !self.mediators().see(instance, is_there, self.now_ns()) {
+            return;
+        }
+        if is_there {
             tracing::error!(
                 "another mediator, {instance:016x}, is on this network: robots follow one of the two, and the other is to stand by; end the wrong one"
             );
+        } else {
+            tracing::info!("the other mediator, {instance:016x}, is gone");
         }
+    }
+
+    /// Says how often that was not said in a minute that is over.
+    pub(super) fn count_mediators(&self) {
+        if let Some(count) = self.mediators().left_out(self.now_ns()) {
+            tracing::warn!(
+                "other mediators have come to this network or gone {count} more times in the last minute: see who starts them again and again"
+            );
+        }
+    }
+
+    fn mediators(&self) -> MutexGuard<'_, Mediators> {
+        self.mediators
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
     }
 
     /// Nanoseconds since the start; nobody else's clock is ever compared with it.
