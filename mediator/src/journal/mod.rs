@@ -4,6 +4,7 @@
 
 mod entry;
 mod error;
+mod place;
 mod record;
 mod row;
 mod store;

@@ -10,6 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::entry::{Entry, Stored};
 use super::error::StoreError;
+use super::place::Place;
 
 /// Of keys and values; a journal of another format is refused.
 const FORMAT: u32 = 2;
@@ -30,9 +31,29 @@ pub(super) struct FileRecord {
     pub(super) journal: u64,
     pub(super) device: u64,
     pub(super) inode: u64,
+    /// As [`Place::born_ns`]; earlier versions have not written it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub(super) born_ns: Option<u64>,
 }
 
 impl FileRecord {
+    pub(super) fn new(journal: u64, place: Place) -> Self {
+        Self {
+            journal,
+            device: place.device,
+            inode: place.inode,
+            born_ns: place.born_ns,
+        }
+    }
+
+    pub(super) fn place(self) -> Place {
+        Place {
+            device: self.device,
+            inode: self.inode,
+            born_ns: self.born_ns,
+        }
+    }
+
     pub(super) fn value(self) -> String {
         json(&self)
     }

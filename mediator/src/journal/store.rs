@@ -10,13 +10,14 @@ use redb::{Database, ReadableDatabase, ReadableTable, StorageBackend, TableDefin
 
 use super::entry::{Entry, Stored};
 use super::error::StoreError;
+use super::place::Place;
 use super::row::{self, FileRecord};
 
 /// Keys and values as in `row`.
 const TABLE: TableDefinition<&str, &str> = TableDefinition::new("journal");
 
 /// Opens the database: the first time, or after the disk has failed.
-type Open = Box<dyn Fn() -> Result<(Database, [u64; 2]), redb::Error> + Send>;
+type Open = Box<dyn Fn() -> Result<(Database, Place), redb::Error> + Send>;
 
 /// The journal of one site. Only one mediator can have it open.
 pub struct Store {
@@ -24,8 +25,7 @@ pub struct Store {
     open: Open,
     /// None after the disk has failed, until it is opened again.
     database: Option<Database>,
-    /// Device and inode of its file.
-    place: [u64; 2],
+    place: Place,
 }
 
 impl std::fmt::Debug for Store {
@@ -52,7 +52,7 @@ impl Store {
             if metadata.mode() & 0o077 != 0 {
                 same.set_permissions(Permissions::from_mode(0o600))?;
             }
-            Ok((database, [metadata.dev(), metadata.ino()]))
+            Ok((database, Place::of(&metadata)))
         };
         Self::begin(path, Box::new(open), site, draw)
     }
@@ -68,7 +68,7 @@ impl Store {
     ) -> Result<(Self, Stored), StoreError> {
         let open = move || {
             let database = Database::builder().create_with_backend(backend.clone())?;
-            Ok((database, [0; 2]))
+            Ok((database, Place::default()))
         };
         Self::begin(Path::new("in memory"), Box::new(open), site, || journal)
     }
@@ -94,23 +94,15 @@ impl Store {
             .write_strings(row::head(site).map(|(key, value)| (key, Some(value))), true)
             .map_err(failed)?;
         let (mut stored, file) = store.read(site)?;
-        let [device, inode] = place;
         // A file that is locked for one process: only that one has this number. A copy's file is another one.
-        let same = file.filter(|file| (file.device, file.inode) == (device, inode));
-        stored.journal = match same {
-            Some(file) => file.journal,
-            None => {
-                let file = FileRecord {
-                    journal: draw(),
-                    device,
-                    inode,
-                };
-                store
-                    .write_strings([(row::FILE, Some(file.value()))], false)
-                    .map_err(failed)?;
-                file.journal
-            }
-        };
+        let same = file.filter(|file| file.place().is(place));
+        stored.journal = same.map_or_else(draw, |file| file.journal);
+        let now = FileRecord::new(stored.journal, place);
+        if same != Some(now) {
+            store
+                .write_strings([(row::FILE, Some(now.value()))], false)
+                .map_err(failed)?;
+        }
         Ok((store, stored))
     }
 
@@ -122,7 +114,7 @@ impl Store {
         // Its lock goes first.
         self.database = None;
         let (database, place) = (self.open)().map_err(|error| self.failed(error))?;
-        if place != self.place {
+        if !place.is(self.place) {
             return Err(StoreError::Replaced {
                 path: self.path.clone(),
             });

@@ -6,6 +6,7 @@ use std::sync::{Arc, Mutex, MutexGuard};
 use super::*;
 use contract::level::PROTOCOL_ID;
 use coordination::protocol::Level;
+use redb::ReadableTable as _;
 
 fn entries() -> Vec<Entry> {
     let level = Level {
@@ -175,6 +176,57 @@ fn a_copy_is_another_journal() {
     assert_ne!(journal(&copy), first);
     std::fs::rename(&path, &moved).expect("moved");
     assert_eq!(journal(&moved), first);
+}
+
+/// Changes what the journal says of its file.
+fn change_file(path: &Path, change: impl FnOnce(&mut serde_json::Map<String, serde_json::Value>)) {
+    const TABLE: redb::TableDefinition<&str, &str> = redb::TableDefinition::new("journal");
+    let database = redb::Database::open(path).expect("a journal");
+    let writing = database.begin_write().expect("writes");
+    {
+        let mut table = writing.open_table(TABLE).expect("a table");
+        let row = table.get("file").expect("reads").expect("a row");
+        let mut file = serde_json::from_str(row.value()).expect("JSON");
+        drop(row);
+        change(&mut file);
+        let row = serde_json::to_string(&file).expect("JSON");
+        table.insert("file", row.as_str()).expect("writes");
+    }
+    writing.commit().expect("writes");
+}
+
+/// A file system may have another device number after a reboot.
+#[test]
+fn a_journal_is_known_by_its_file_and_not_by_the_device() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal.redb");
+    let journal = || {
+        let (_, stored) = Store::open(&path, "corridor").expect("opens");
+        stored.journal
+    };
+    let first = journal();
+    if std::fs::metadata(&path).expect("there").created().is_ok() {
+        change_file(&path, |file| {
+            file.insert("device".into(), 12_345.into());
+        });
+        assert_eq!(journal(), first);
+        // As earlier versions wrote it.
+        change_file(&path, |file| {
+            assert!(file.remove("born_ns").is_some());
+        });
+        assert_eq!(journal(), first);
+        // Another file that was given the same inode.
+        change_file(&path, |file| {
+            assert!(file.insert("born_ns".into(), 1.into()).is_some());
+        });
+        assert_ne!(journal(), first);
+    }
+    let second = journal();
+    change_file(&path, |file| {
+        file.remove("born_ns");
+        file.insert("device".into(), 12_345.into());
+    });
+    assert_ne!(journal(), second);
 }
 
 #[test]
