@@ -11,6 +11,7 @@
 //!
 //! All memory is taken at construction; [`Floor::observe`] takes a time that does not depend on what is seen.
 
+use super::cell::{ASSUMED, Cell, place};
 use super::checkpoint::{FloorCheckpoint, MOST_AGE, SIDE};
 use super::grid::NearGrid;
 use super::known::KnownRanges;
@@ -20,17 +21,6 @@ use description::geometry::{Footprint, Point2, Pose2};
 
 /// A pose beyond this is refused as nonsense.
 const FARTHEST_M: f64 = 1e6;
-
-/// A cell of the grid, which wraps around: which cell of the plane it stands for, and when that was known.
-#[derive(Clone, Copy, Debug, Default)]
-struct Cell {
-    column: i16,
-    row: i16,
-    /// Millimetres driven then, the last bit gone; 0 for never. The last bit says that it was only assumed.
-    at_mm: u32,
-}
-
-const ASSUMED: u32 = 1;
 
 /// Cells of a row that a checkpoint skips at once where none of them is known.
 const STRETCH: usize = 8;
@@ -383,24 +373,4 @@ fn age_unit_mm(kept_mm: u32) -> u32 {
 
 fn set(word: &mut u64, bit: u64, on: bool) {
     *word = if on { *word | bit } else { *word & !bit };
-}
-
-impl Cell {
-    fn new(column: i64, row: i64, at_mm: u32) -> Self {
-        Self {
-            column: column as i16,
-            row: row as i16,
-            at_mm,
-        }
-    }
-
-    /// Cells with the same numbers are hundreds of metres apart, farther than anything is kept.
-    fn stands_for(&self, column: i64, row: i64) -> bool {
-        self.column == column as i16 && self.row == row as i16
-    }
-}
-
-fn place(column: i64, row: i64) -> usize {
-    let side = SIDE as i64;
-    (row.rem_euclid(side) * side + column.rem_euclid(side)) as usize
 }

@@ -7,6 +7,7 @@
 //! * [`checkpoint`]: floor and hits, for another process to go on with;
 //! * [`moving`]: the distance to the nearest thing that moves.
 
+mod cell;
 pub mod checkpoint;
 pub mod floor;
 pub mod grid;

@@ -8,4 +8,5 @@ mod generation;
 mod guarantee;
 mod remembering;
 mod stand;
+mod standing;
 mod world;
