@@ -104,7 +104,6 @@ impl Plan {
     /// mediator goes on with what it was started with.
     pub(super) fn fixed_for_the_fleet(&self, other: &Self) -> Option<String> {
         let (ours, theirs) = (&self.robot.navigation, &other.robot.navigation);
-        let speeds = [self, other].map(|plan| plan.robot.drive.limits.max_speed_m_s);
         let keys = [
             (
                 "navigation.deceleration_m_s2",
@@ -114,7 +113,6 @@ impl Plan {
                 "navigation.border_sigma",
                 ours.border_sigma == theirs.border_sigma,
             ),
-            ("drive.max_speed_m_s", speeds[0] == speeds[1]),
         ];
         let key = keys.into_iter().find(|(_, same)| !same);
         key.filter(|_| self.site.areas_managed)
