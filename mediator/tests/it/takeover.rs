@@ -768,15 +768,21 @@ fn one_robot_that_lies_about_whom_it_follows_keeps_nobody_else_out() {
     is_seen_to(&mut manager, &mut robots, now_ns);
 }
 
-/// The other mediator may have granted it anything until it was heard last.
-#[test]
-fn one_that_follows_another_mediator_is_absent_only_when_it_enters_nothing_any_more() {
+/// A mediator with which three robots have registered, two of them, and the third one.
+fn beside_a_third() -> (Manager, Vec<(Client, Situation)>, (Client, Situation)) {
     let mut manager = start(&Stored::new(1), 50, 0);
     let mut robots = ["amr-1", "amr-2", "amr-3"]
         .map(|id| robot(id, &[]))
         .to_vec();
     talk(&mut manager, &mut robots, NOW_NS);
-    let (mut other, situation) = robots.pop().expect("the third one");
+    let third = robots.pop().expect("there are three");
+    (manager, robots, third)
+}
+
+/// The other mediator may have granted it anything until it was heard last.
+#[test]
+fn one_that_follows_another_mediator_is_absent_only_when_it_enters_nothing_any_more() {
+    let (mut manager, mut robots, (mut other, situation)) = beside_a_third();
     robots[0].1.wanted = vec![AREA.to_owned()];
     let mut now_ns = NOW_NS;
     for _ in 0..30 {
@@ -832,12 +838,7 @@ fn a_robot_that_goes_on_telling_of_mediators_that_are_gone_has_all_asked_once_in
 /// It alone is heard, and says in turn that it hears another mediator, and that it does not.
 #[test]
 fn a_robot_that_has_the_mediator_stand_by_again_and_again_has_all_asked_once_in_a_while() {
-    let mut manager = start(&Stored::new(1), 50, 0);
-    let mut robots = ["amr-1", "amr-2", "amr-3"]
-        .map(|id| robot(id, &[]))
-        .to_vec();
-    talk(&mut manager, &mut robots, NOW_NS);
-    let (mut liar, situation) = robots.pop().expect("the third one");
+    let (mut manager, mut robots, (mut liar, situation)) = beside_a_third();
     let mut now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
     let mut stood_by = 0;
     let epoch = manager.epoch();
