@@ -107,6 +107,25 @@ fn the_computer_is_prepared_as_far_as_it_can_be() {
     assert_eq!(computer.calls(), calls);
 }
 
+#[test]
+fn the_interface_of_the_bus_is_found_however_the_file_is_written() {
+    for robot in [
+        "[ethercat]\n  interface = 'eth0'\n",
+        "  [ethercat] # the drive\n\tinterface=\"eth0\"\n",
+        "ethercat.interface = 'eth0'\n",
+        "ethercat = { watchdog_ms = 50, interface = \"eth0\" }\n",
+    ] {
+        let computer = Computer::new()
+            .having("ethtool", 0)
+            .with("etc/onboard/robot.toml", robot)
+            .with("proc/interrupts", "");
+        let root = computer.0.path().display().to_string();
+        assert!(computer.run("prepare-computer", &[&root]).status.success());
+        let calls = "ethtool -C eth0 rx-usecs 0\nethtool -C eth0 tx-usecs 0\n";
+        assert_eq!(computer.calls(), calls, "{robot}");
+    }
+}
+
 /// A robot that is not there yet has no bus.
 #[test]
 fn without_an_interface_nothing_is_asked_of_one() {
@@ -115,7 +134,12 @@ fn without_an_interface_nothing_is_asked_of_one() {
         .having("ethtool", 0)
         .with("etc/onboard/robot.toml", robot);
     let root = computer.0.path().display().to_string();
-    assert!(computer.run("prepare-computer", &[&root]).status.success());
+    let done = computer.run("prepare-computer", &[&root]);
+    let said = String::from_utf8_lossy(&done.stderr);
+    assert!(
+        done.status.success() && said.contains("no interface"),
+        "{said}"
+    );
     assert_eq!(computer.calls(), "");
 }
 
