@@ -2,7 +2,7 @@
 
 use std::cell::Cell;
 use std::io::Write;
-use std::panic::{catch_unwind, resume_unwind};
+use std::panic::{RefUnwindSafe, catch_unwind, resume_unwind};
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -71,7 +71,7 @@ pub fn note_kinds(mut kinds: impl Iterator<Item = ViolationKind>) {
 }
 
 /// Runs a test, and once more when it failed while the machine stalled.
-pub fn once_more_if_late(test: fn()) {
+pub fn once_more_if_late(test: impl Fn() + RefUnwindSafe) {
     static WATCH: OnceLock<StallWatch> = OnceLock::new();
     let watch = WATCH.get_or_init(|| StallWatch::start().expect("threads"));
     let since = |start_ns| watch.since(start_ns);
@@ -79,11 +79,15 @@ pub fn once_more_if_late(test: fn()) {
 }
 
 /// The same, with stalls from elsewhere since a time.
-fn once_more(test: fn(), since: impl Fn(u64) -> Stalls, wait_for_quiet: impl Fn()) {
+fn once_more(
+    test: impl Fn() + RefUnwindSafe,
+    since: impl Fn(u64) -> Stalls,
+    wait_for_quiet: impl Fn(),
+) {
     let start_ns = monotonic_ns();
     SLOWED.set(false);
     UNSAFE.set(false);
-    let Err(cause) = catch_unwind(test) else {
+    let Err(cause) = catch_unwind(&test) else {
         return;
     };
     let stalls = since(start_ns);

@@ -103,43 +103,59 @@ impl Drop for Program {
     }
 }
 
-/// Each command of a scenario starts its programs, whose robots drive their devices, and ends them when it is told to.
-#[test]
-fn every_command_of_a_scenario_runs_its_programs() {
+/// A command of a scenario starts its programs, whose robots drive their devices, and ends them when it is told to.
+fn runs_its_programs(command: &str, robots: usize) {
     once_more_if_late(|| {
-        for (command, robots) in [
-            ("overtaking", 2),
-            ("docking", 3),
-            ("t-junction", 3),
-            ("course", 1),
-            ("clutter", 1),
-        ] {
-            let mut program = Program::start(&[command], robots);
-            std::thread::sleep(UNDER_WAY);
-            program.signal(Signal::INT);
-            let status = program.ended(Duration::from_secs(15));
-            let said = program.said();
-            let summary = fs::read_to_string(program.folder.path().join("out/summary.json"));
-            let summary: Json = serde_json::from_str(&summary.expect("left")).expect("JSON");
-            note_violations(&summary);
-            assert_eq!(status.code(), Some(1), "{command}: {said}");
-            assert!(said.contains("interrupted"), "{command}: {said}");
-            assert!(!said.contains("VIOLATION"), "{command}: {said}");
-            let own = summary["robots"].as_array().expect("a list");
-            assert_eq!(own.len(), robots, "{command}");
-            let stalls = &summary["stalls"];
-            assert!(
-                stalls["count"].is_u64() && stalls["longest_ms"].is_f64(),
-                "{command}: {stalls}"
-            );
-            for robot in own {
-                let cycles = robot["ethercat"]["cycles"].as_u64();
-                let scans = robot["lidar"]["scans"].as_u64();
-                assert!(cycles > Some(1000) && scans > Some(5), "{command}: {robot}");
-            }
-            assert_eq!(program.left(), Vec::<String>::new(), "{command}");
+        let mut program = Program::start(&[command], robots);
+        std::thread::sleep(UNDER_WAY);
+        program.signal(Signal::INT);
+        let status = program.ended(Duration::from_secs(15));
+        let said = program.said();
+        let summary = fs::read_to_string(program.folder.path().join("out/summary.json"));
+        let summary: Json = serde_json::from_str(&summary.expect("left")).expect("JSON");
+        note_violations(&summary);
+        assert_eq!(status.code(), Some(1), "{said}");
+        assert!(said.contains("interrupted"), "{said}");
+        assert!(!said.contains("VIOLATION"), "{said}");
+        let own = summary["robots"].as_array().expect("a list");
+        assert_eq!(own.len(), robots);
+        let stalls = &summary["stalls"];
+        assert!(
+            stalls["count"].is_u64() && stalls["longest_ms"].is_f64(),
+            "{stalls}"
+        );
+        for robot in own {
+            let cycles = robot["ethercat"]["cycles"].as_u64();
+            let scans = robot["lidar"]["scans"].as_u64();
+            assert!(cycles > Some(1000) && scans > Some(5), "{robot}");
         }
+        assert_eq!(program.left(), Vec::<String>::new());
     });
+}
+
+#[test]
+fn overtaking_runs_its_programs() {
+    runs_its_programs("overtaking", 2);
+}
+
+#[test]
+fn docking_runs_its_programs() {
+    runs_its_programs("docking", 3);
+}
+
+#[test]
+fn the_t_junction_runs_its_programs() {
+    runs_its_programs("t-junction", 3);
+}
+
+#[test]
+fn the_course_runs_its_programs() {
+    runs_its_programs("course", 1);
+}
+
+#[test]
+fn the_clutter_runs_its_programs() {
+    runs_its_programs("clutter", 1);
 }
 
 #[test]
