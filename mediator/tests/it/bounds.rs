@@ -3,10 +3,10 @@
 use contract::client::{Client, Situation};
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 use contract::wire::{Access, Level, RobotReport};
-use mediator::journal::{ClosedRecord, Stored};
+use mediator::journal::Stored;
 use mediator::manager::Manager;
 
-use crate::takeover::{AREA, NOW_NS, robot, start, talk};
+use crate::takeover::{AREA, NOW_NS, gives_back_what_is_closed, robot, start, talk, talks_on};
 
 type Robots = Vec<(Client, Situation)>;
 
@@ -162,24 +162,9 @@ fn a_made_up_run_of_a_revocation_leaves_room_for_others() {
             talk(&mut manager, &mut robots, now_ns);
         }
         for _ in 0..3 {
-            robots[0].1.wanted = vec![AREA.to_owned()];
-            talk(&mut manager, &mut robots, now_ns);
-            assert!(robots[0].0.holds(AREA), "run {run}");
-            let by = ClosedRecord::default();
-            manager.close(AREA, by, now_ns).expect("a known area");
-            let status = talk(&mut manager, &mut robots, now_ns);
-            let area = &status.areas[0];
-            assert!(area.holders.is_empty(), "run {run}: {area:?}");
-            manager.open(AREA, now_ns).expect("a known area");
+            let what = format!("run {run}");
+            gives_back_what_is_closed(&mut manager, &mut robots, 0, now_ns, &what);
         }
-    }
-}
-
-/// They talk on, so long that whoever was to be asked anew was.
-fn talks_on(manager: &mut Manager, robots: &mut Robots, now_ns: &mut u64) {
-    for _ in 0..14 {
-        *now_ns += SILENT_AFTER_NS / 2;
-        talk(manager, robots, *now_ns);
     }
 }
 

@@ -124,15 +124,48 @@ fn after_a_first_start_every_robot_is_awaited_or_said_to_be_absent() {
     assert_eq!(manager.status(NOW_NS).awaited.len(), 3);
 }
 
-/// That it came back, and was granted the gate, was one write.
-#[test]
-fn a_robot_that_was_absent_in_an_older_journal_is_awaited() {
+/// They talk on, so long that whoever was to be asked anew was.
+pub fn talks_on(manager: &mut Manager, robots: &mut [(Client, Situation)], now_ns: &mut u64) {
+    for _ in 0..14 {
+        *now_ns += SILENT_AFTER_NS / 2;
+        talk(manager, robots, *now_ns);
+    }
+}
+
+/// A robot is granted the area, and gives it back when that is closed.
+pub fn gives_back_what_is_closed(
+    manager: &mut Manager,
+    robots: &mut [(Client, Situation)],
+    number: usize,
+    now_ns: u64,
+    what: &str,
+) {
+    robots[number].1.wanted = vec![AREA.to_owned()];
+    talk(manager, robots, now_ns);
+    assert!(robots[number].0.holds(AREA), "{what}");
+    let by = ClosedRecord::default();
+    manager.close(AREA, by, now_ns).expect("a known area");
+    let status = talk(manager, robots, now_ns);
+    let area = &status.areas[0];
+    assert!(area.holders.is_empty(), "{what}: {area:?}");
+    manager.open(AREA, now_ns).expect("a known area");
+}
+
+/// A journal of before the first robot came back, of which it was said that it is absent; its mediator, and the others.
+fn without_the_first() -> (Stored, Manager, Vec<(Client, Situation)>) {
     let mut stored = Stored::new(1);
     let mut manager = start(&stored, 50, 0);
     let mut robots = vec![robot("amr-2", &[]), robot("amr-3", &[])];
     talk(&mut manager, &mut robots, NOW_NS);
     assert_eq!(manager.absent("amr-1", false, NOW_NS), Ok(Vec::new()));
     keep(&mut manager, &mut stored);
+    (stored, manager, robots)
+}
+
+/// That it came back, and was granted the gate, was one write.
+#[test]
+fn a_robot_that_was_absent_in_an_older_journal_is_awaited() {
+    let (stored, mut manager, mut robots) = without_the_first();
     robots.push(robot("amr-1", &[AREA]));
     talk(&mut manager, &mut robots, NOW_NS);
     assert!(robots[2].0.holds(AREA));
@@ -1143,12 +1176,7 @@ fn a_grant_that_the_journal_has_lost_ends_when_its_robot_was_said_to_be_absent()
 fn a_robot_that_was_asked_more_often_than_the_journal_knows_is_asked_again() {
     // How often it was asked, and whether it heard that its answer had come.
     for (times, hears) in [(1, true), (1, false), (3, true), (3, false)] {
-        let mut stored = Stored::new(1);
-        let mut manager = start(&stored, 50, 0);
-        let mut robots = vec![robot("amr-2", &[]), robot("amr-3", &[])];
-        talk(&mut manager, &mut robots, NOW_NS);
-        assert_eq!(manager.absent("amr-1", false, NOW_NS), Ok(Vec::new()));
-        keep(&mut manager, &mut stored);
+        let (stored, mut manager, mut robots) = without_the_first();
         robots.push(robot("amr-1", &[]));
         for time in 1..=times {
             robots[2].1.wanted = vec![AREA.to_owned()];
@@ -1176,21 +1204,10 @@ fn a_robot_that_was_asked_more_often_than_the_journal_knows_is_asked_again() {
         let mut now_ns = NOW_NS + ENTERS_NO_MORE_NS;
         assert!(talk(&mut manager, &mut robots, now_ns).awaited.is_empty());
         robots.push(back);
-        for _ in 0..14 {
-            now_ns += SILENT_AFTER_NS / 2;
-            talk(&mut manager, &mut robots, now_ns);
-        }
+        talks_on(&mut manager, &mut robots, &mut now_ns);
         for _ in 0..2 {
             let what = format!("{times}, {hears}");
-            robots[2].1.wanted = vec![AREA.to_owned()];
-            talk(&mut manager, &mut robots, now_ns);
-            assert!(robots[2].0.holds(AREA), "{what}");
-            let by = ClosedRecord::default();
-            manager.close(AREA, by, now_ns).expect("a known area");
-            let status = talk(&mut manager, &mut robots, now_ns);
-            let area = &status.areas[0];
-            assert!(area.holders.is_empty(), "{what}: {area:?}");
-            manager.open(AREA, now_ns).expect("a known area");
+            gives_back_what_is_closed(&mut manager, &mut robots, 2, now_ns, &what);
         }
     }
 }
