@@ -21,7 +21,7 @@ pub const STOPPING_NS: u64 = SECOND_NS;
 /// How long after a panic of the supervisor itself the program ends: by then its drive has stopped the robot.
 pub const UNSUPERVISED_NS: u64 = 2 * SECOND_NS;
 /// An older encoder reading does not count.
-const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
+pub(super) const ENCODER_AGE_NS: u64 = 200 * MILLISECOND_NS;
 
 /// How the program ends.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

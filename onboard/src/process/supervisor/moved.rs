@@ -1,12 +1,9 @@
 //! A robot that was moved while nobody measured whereto: pushed between two processes, or while its encoders said what cannot be.
 
+use super::ending::ENCODER_AGE_NS;
 use super::holders::Who;
 use super::supervision::Supervisor;
-use crate::realtime::clock::MILLISECOND_NS;
 use crate::symbols::faults::Fault;
-
-/// Odometry that is older counts no more.
-const COUNTED_NS: u64 = 200 * MILLISECOND_NS;
 
 /// From here on walls that agree with the pose may be others than it takes them for.
 const MOVED_M: f64 = 0.5;
@@ -19,7 +16,7 @@ impl Supervisor {
     pub(super) fn is_unmeasured(&mut self, now_ns: u64) -> bool {
         let is_active = |fault: &Fault| self.table.state(*fault).active != 0;
         let counted_ns = self.symbols.odometry.read().stamp_ns;
-        let is_old = counted_ns != 0 && now_ns.saturating_sub(counted_ns) > COUNTED_NS;
+        let is_old = counted_ns != 0 && now_ns.saturating_sub(counted_ns) > ENCODER_AGE_NS;
         is_old || [Fault::BusLost, Fault::DriveStalled].iter().any(is_active)
     }
 
