@@ -187,20 +187,32 @@ fn hangs(thread: Option<&str>) -> Expected {
     }
 }
 
+impl Shows {
+    /// Whether it can show in a run.
+    fn must(self, run: &Said<'_>) -> bool {
+        let fault = run.fault;
+        let share = fault.share.map_or(1.0, f64::abs);
+        let in_time = run.duration_s >= fault.until_s() + SAID_WITHIN_S;
+        fault.for_s >= self.for_s && share >= self.share && in_time
+    }
+}
+
 impl Expected {
+    /// In how many of a case's runs it can show, if anything must.
+    pub(super) fn shows_in(self, runs: &[Said<'_>]) -> Option<usize> {
+        let Self::Raised(_, shows) = self else {
+            return None;
+        };
+        Some(runs.iter().filter(|run| shows.must(run)).count())
+    }
+
     /// In which of a case's runs nothing was raised that had to be, and what; none: all is as it must be.
     pub(super) fn missing(self, runs: &[Said<'_>]) -> Option<Missing> {
         let Self::Raised(any_of, shows) = self else {
             return None;
         };
-        let must = |run: &&Said<'_>| {
-            let fault = run.fault;
-            let share = fault.share.map_or(1.0, f64::abs);
-            let in_time = run.duration_s >= fault.until_s() + SAID_WITHIN_S;
-            fault.for_s >= shows.for_s && share >= shows.share && in_time
-        };
         let is_silent = |run: &&Said<'_>| !any_of.iter().any(|own| run.raised.contains(own.name()));
-        let all = runs.iter().filter(must);
+        let all = runs.iter().filter(|run| shows.must(run));
         let silent: Vec<u64> = all.clone().filter(is_silent).map(|run| run.seed).collect();
         let enough = match shows.in_runs {
             In::Each => silent.is_empty(),
@@ -265,6 +277,17 @@ mod tests {
         assert_eq!(unplugged(In::Each, &some), [2]);
         assert_eq!(unplugged(In::One, &some), none);
         assert_eq!(silent(ScriptedKind::Reload, In::Each, &some), none);
+        let short = unplug(0.3);
+        let said = |duration_s| Said {
+            seed: 1,
+            duration_s,
+            fault: &short,
+            raised: BTreeSet::new(),
+        };
+        let unplug = expected(&case(ScriptedKind::Unplug));
+        assert_eq!(unplug.shows_in(&[said(10.0)]), Some(0));
+        let reload = expected(&case(ScriptedKind::Reload));
+        assert_eq!(reload.shows_in(&[said(10.0)]), None);
     }
 
     #[test]

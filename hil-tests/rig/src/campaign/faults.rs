@@ -19,6 +19,8 @@ use crate::summary::Summary;
 
 /// Of the faults that a case raised this many are printed.
 const MOST_PRINTED: usize = 4;
+/// Among so many runs there are some in which a fault can show.
+const ENOUGH_RUNS: usize = 50;
 
 /// How often.
 #[derive(Clone, Debug)]
@@ -94,6 +96,8 @@ struct Row {
     missing: Vec<&'static str>,
     /// in the runs of these seeds.
     silent: Vec<u64>,
+    /// In how many runs it could show, where robots must raise one.
+    shows: Option<usize>,
     elapsed_s: f64,
     /// Runs that were unsafe or hung.
     bad: Vec<BadRun>,
@@ -147,7 +151,8 @@ pub fn faults(
             Ok(drawn.into_iter().collect())
         };
         let expected = Some(expected(case));
-        rows.push(campaign.row(&case.to_string(), times.runs, expected, &draw)?);
+        let name = case.to_string();
+        rows.push(campaign.row([&name; 2], times.runs, expected, &draw)?);
         if is_interrupted() {
             break;
         }
@@ -163,19 +168,32 @@ pub fn faults(
             let drawn = Case::draw_pair(pair, &campaign.ground.scenario, seed, &moments);
             Ok(drawn.into_iter().flatten().collect())
         };
-        rows.push(campaign.row(name, pairs.len(), None, &draw)?);
+        // Which pair a seed stands for hangs on all of them.
+        let all = pairs.iter().map(|[one, other]| format!("{one}+{other}"));
+        let all: Vec<String> = all.collect();
+        let identity = format!("{name} from {}: {}", setup.seeds.start, all.join(" "));
+        rows.push(campaign.row([name, &identity], pairs.len(), None, &draw)?);
     }
-    campaign(driving).report(&rows)?;
+    let never = campaign(driving).report(&rows)?;
     if is_interrupted() {
         let why = "interrupted: the same command goes on from there";
         return Err(Failure::failed(why));
     }
     let count = |of: fn(&Row) -> usize| rows.iter().map(of).sum::<usize>();
-    let unnoticed = count(|row| usize::from(!row.missing.is_empty()));
-    match (count(|row| row.dangerous), count(|row| row.hung), unnoticed) {
-        (0, 0, 0) => Ok(()),
-        (dangerous, hung, unnoticed) => Err(Failure::failed(format_args!(
-            "{dangerous} runs were unsafe, {hung} did not come to their goals; {unnoticed} kinds were not noticed when they had to be"
+    let unnoticed = count(|row| usize::from(row.is_unnoticed()));
+    // Of all kinds often enough each fault of the robots' table must come.
+    let all = times.only.is_empty() && times.runs >= ENOUGH_RUNS;
+    let never = if all { never } else { Vec::new() };
+    match (
+        count(|row| row.dangerous),
+        count(|row| row.hung),
+        unnoticed,
+        never.len(),
+    ) {
+        (0, 0, 0, 0) => Ok(()),
+        (dangerous, hung, unnoticed, never) => Err(Failure::failed(format_args!(
+            "{dangerous} runs were unsafe, {hung} did not come to their goals; {unnoticed} kinds were not noticed when they had to be, or could \
+             never show; {never} faults of the robots' table were never raised"
         ))),
     }
 }
@@ -214,10 +232,10 @@ impl Campaign<'_> {
         moments.of(scenario, plans, seed)
     }
 
-    /// Makes the runs of a case, each with the faults that are drawn from its seed.
+    /// Makes the runs of a case, each with the faults that are drawn from its seed; its identity decides which these are.
     fn row(
         &self,
-        case: &str,
+        [case, identity]: [&str; 2],
         count: usize,
         expected: Option<Expected>,
         draw: &(dyn Fn(u64) -> Result<Vec<ScriptedFault>, Failure> + Sync),
@@ -234,7 +252,7 @@ impl Campaign<'_> {
         };
         let setup = Setup {
             seeds: first..first + count as u64,
-            faults: Faults::Of(case, &faults),
+            faults: Faults::Of(identity, &faults),
             again: self.ground.again.clone(),
             out: &out,
             ..self.setup.clone()
@@ -259,6 +277,7 @@ impl Campaign<'_> {
                 })
             })
             .collect();
+        let shows = expected.and_then(|own| own.shows_in(&said));
         let missing = expected.and_then(|own| own.missing(&said));
         let missing = missing.unwrap_or_default();
         let mut row = Row {
@@ -269,6 +288,7 @@ impl Campaign<'_> {
             raised: counted(drawn.iter().flat_map(|(_, _, raised)| raised)),
             missing: missing.any_of.iter().map(|own| own.name()).collect(),
             silent: missing.silent,
+            shows,
             elapsed_s,
             bad: Vec::new(),
         };
@@ -292,7 +312,8 @@ impl Campaign<'_> {
         Ok(row)
     }
 
-    fn report(&self, rows: &[Row]) -> Result<(), Failure> {
+    /// Leaves `faults.json`, and returns the faults of the robots' table that were never raised.
+    fn report(&self, rows: &[Row]) -> Result<Vec<&'static str>, Failure> {
         let was = |fault: &Fault| {
             let mut raised = rows.iter().flat_map(|row| &row.raised);
             raised.any(|(name, _)| name == fault.name())
@@ -312,7 +333,7 @@ impl Campaign<'_> {
         );
         let file = write_json(self.setup.out, "faults.json", &report)?;
         onboard::say!("wrote {}", file.display());
-        Ok(())
+        Ok(report.never_raised)
     }
 }
 
@@ -330,6 +351,11 @@ fn counted<'a>(names: impl Iterator<Item = &'a &'a str>) -> Vec<(String, usize)>
 }
 
 impl Row {
+    /// It was not raised when it had to be, or among many runs there was none in which it had to be.
+    fn is_unnoticed(&self) -> bool {
+        !self.missing.is_empty() || self.shows == Some(0) && self.runs >= ENOUGH_RUNS
+    }
+
     fn print(&self) {
         let raised: Vec<String> = { self.raised.iter().take(MOST_PRINTED) }
             .map(|(fault, runs)| format!("{fault} {runs}"))
@@ -352,6 +378,9 @@ impl Row {
                 self.silent.len(),
                 seeds.join(", ")
             );
+        }
+        if self.shows == Some(0) {
+            onboard::say!("    in no run could it show");
         }
         for bad in self.bad.iter().take(MOST) {
             onboard::say!("    {}", bad.reason);

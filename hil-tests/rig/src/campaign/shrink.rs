@@ -172,11 +172,13 @@ impl Shrunk {
     }
 }
 
-/// A run fails by a violation that another one had, too, or both have none.
+/// A run fails by a violation that another one had, too, or both have none and end alike.
 fn fails_alike(run: &Summary, before: &Summary) -> bool {
     let has = |kind: ViolationKind| before.violations.iter().any(|own| own.kind == kind);
     let any = run.violations.iter().any(|own| has(own.kind));
-    any || run.violations.is_empty() && before.violations.is_empty()
+    let ends_alike = (&run.outcome, &run.stranded_by) == (&before.outcome, &before.stranded_by);
+    let none = run.violations.is_empty() && before.violations.is_empty();
+    any || none && ends_alike
 }
 
 /// The fewest of these with which it still fails: without any one of them it does not. With all of them it `fails`, which is not
@@ -258,6 +260,9 @@ mod tests {
         assert!(fails_alike(&lease, &both) && fails_alike(&none, &none));
         assert!(!fails_alike(&none, &lease) && !fails_alike(&lease, &none));
         assert!(!fails_alike(&run(&[ViolationKind::Collision]), &lease));
+        let mut stranded = none.clone();
+        stranded.outcome = "stranded".to_owned();
+        assert!(!fails_alike(&none, &stranded) && fails_alike(&stranded, &stranded));
     }
 
     #[test]

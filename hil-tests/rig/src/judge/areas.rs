@@ -124,6 +124,7 @@ impl Areas {
         let body = robot.footprint.at(&truth.pose);
         // It stands there since the start, or somebody has carried it there.
         let is_put = before.is_none_or(|was| is_carried(&was, truth));
+        let at_s = truth.time_ns.saturating_sub(self.start_ns) as f64 / 1e9;
         for area in &mut self.areas {
             let had = |at_ns| { look.observations }.had(&robot.id, &area.id, at_ns, HEARING_NS);
             let presence = &mut area.presence[look.robot];
@@ -144,6 +145,18 @@ impl Areas {
                 presence.entered_ns = None;
                 if let Some(detail) = uncommanded(&robot.id, &area.id, entered_ns, look) {
                     let kind = ViolationKind::UncommandedEntry;
+                    violations.report(kind, &robot.name, entered_ns, detail);
+                }
+                // A grant of an identity, or of a mediator that knows nothing of it any more, need not have been heard.
+                let hears = self.heard && !robot.is_clone && at_s < self.forgets_s;
+                if hears
+                    && !(look.observations).was_given(&robot.id, &area.id, entered_ns, HEARING_NS)
+                {
+                    let detail = format!(
+                        "entered area {}, and says that it was granted, which no mediator had told it",
+                        area.id
+                    );
+                    let kind = ViolationKind::EntryWithoutGrant;
                     violations.report(kind, &robot.name, entered_ns, detail);
                 }
             }
@@ -168,7 +181,6 @@ impl Areas {
                 continue;
             }
             // What it came in by may be lost with the mediator's journal, also where a process is gone that would have told of it.
-            let at_s = truth.time_ns.saturating_sub(self.start_ns) as f64 / 1e9;
             let lost = presence.granted && at_s >= self.forgets_s;
             if presence.excused || presence.cleared || lost {
                 continue;

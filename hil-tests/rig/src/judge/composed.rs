@@ -6,7 +6,7 @@ use super::areas::Areas;
 use super::braking::Braking;
 use super::conduct::Conduct;
 use super::during::Rule;
-use super::latched::Latched;
+use super::latched::{Latched, Waiting};
 use super::look::{Look, Robot};
 use super::recovery::Recovering;
 use super::violations::Violations;
@@ -75,10 +75,10 @@ impl Judge {
         }
     }
 
-    /// Takes in for which fault a robot waits for its operator, as it says, if it does and nobody has asked it for anything.
-    pub fn observe_latch(&mut self, robot: usize, truth: &Truth, fault: Option<&'static str>) {
+    /// Takes in what a robot waits for; none: no process of it runs.
+    pub fn observe_latch(&mut self, robot: usize, truth: &Truth, waiting: Option<Waiting>) {
         let latched = self.latched.get_mut(robot);
-        if let Some(why) = latched.and_then(|own| own.look(truth, fault)) {
+        if let Some(why) = latched.and_then(|own| own.look(truth, waiting)) {
             self.report_of(robot, ViolationKind::UnsafeSpeed, truth.time_ns, why);
         }
     }

@@ -85,7 +85,7 @@ fn who_enters_long_after_it_has_heard_the_mediator_is_found() {
         ..MediatorReport::default()
     };
     observations.report(&report, 61_000 * MS);
-    observations.delivered(&echo);
+    observations.delivered(&echo, 61_000 * MS);
     for (at_ms, found) in [(65_900, 0), (66_100, 1)] {
         observe(&mut judge, 0, &inside(at_ms), &observations);
         let leases = kinds(&judge)
@@ -95,6 +95,74 @@ fn who_enters_long_after_it_has_heard_the_mediator_is_found() {
         assert_eq!(leases, found, "{:?}", judge.violations());
         observe(&mut judge, 0, &outside(at_ms + 20), &observations);
     }
+}
+
+#[test]
+fn who_enters_by_its_own_word_or_by_a_grant_that_was_lost_is_found() {
+    let scenario = overtaking();
+    let outside = |at_ms| truth(at_ms, 9.0, 0.0);
+    let inside = |at_ms| truth(at_ms, 3.0, -0.4);
+    let level = |progress| Level {
+        run: 1,
+        progress,
+        ..Level::default()
+    };
+    let answer = MediatorReport {
+        robot_id: "amr-1".into(),
+        session: 5,
+        instance: 7,
+        journal: 7,
+        mediator_epoch: 1,
+        access: vec![contract::wire::AccessGrant {
+            area: "1".into(),
+            level: Some(level(2)),
+            fence: 3,
+            ..Default::default()
+        }],
+        ..MediatorReport::default()
+    };
+    let claim = RobotReport {
+        robot_id: "amr-1".into(),
+        session: 5,
+        mediator_instance: 7,
+        mediator_journal: 7,
+        mediator_epoch: 1,
+        boot_epoch: 7,
+        sequence: 1,
+        access: vec![contract::wire::Access {
+            area: "1".into(),
+            level: Some(level(3)),
+            fence: 3,
+            ..Default::default()
+        }],
+        ..RobotReport::default()
+    };
+    let found = |says: &dyn Fn(&mut Observations)| {
+        let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
+        observe(&mut judge, 0, &outside(900), &observations);
+        says(&mut observations);
+        for at_ms in (1_000..2_000).step_by(20) {
+            observe(&mut judge, 0, &inside(at_ms), &observations);
+        }
+        kinds(&judge).contains(&"entry-without-grant")
+    };
+    assert!(found(&|own| own.report(&claim, 990 * MS)), "its own word");
+    assert!(!found(&|own| own.answer(&answer, 990 * MS)));
+    let late = |own: &mut Observations| {
+        own.report(&claim, 990 * MS);
+        own.answer(&answer, 1_500 * MS);
+    };
+    assert!(found(&late), "the mediator says so afterwards");
+    let lost = |own: &mut Observations| {
+        own.delivered(&MediatorReport::default(), 900 * MS);
+        own.answer(&answer, 990 * MS);
+    };
+    assert!(found(&lost), "it was lost on its way");
+    let arrives = |own: &mut Observations| {
+        own.answer(&answer, 980 * MS);
+        own.delivered(&answer, 990 * MS);
+    };
+    assert!(!found(&arrives));
 }
 
 #[test]

@@ -34,6 +34,7 @@ mod violations;
 
 pub use composed::Judge;
 pub use fences::fences_not_grown;
+pub use latched::Waiting;
 pub use look::Look;
 pub use nets::two_nets;
 pub use owners::two_owners;

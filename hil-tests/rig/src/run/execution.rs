@@ -8,6 +8,7 @@ use onboard::cli::Failure;
 use sim::world::{Shape, Truth, TruthRecord, World};
 
 use crate::belief::Belief;
+use crate::judge::Waiting;
 use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
 use crate::stalls::Stalls;
@@ -55,8 +56,8 @@ pub trait Execution {
     /// What a robot believes; none before it runs.
     fn belief(&mut self, robot: usize) -> Option<Belief>;
 
-    /// The fault for which a robot waits for its operator, as it says, while he asks it for nothing; of robots that are processes none.
-    fn latch(&self, _robot: usize) -> Option<&'static str> {
+    /// Whether a robot waits for its operator, and for what; none: its process does not run, or it is not asked of this way to run.
+    fn latch(&self, _robot: usize) -> Option<Waiting> {
         None
     }
 

@@ -11,6 +11,7 @@ use super::fleet::{Leave, Stepped};
 use super::member::Member;
 use super::robot::SteppedRobot;
 use crate::belief::Belief;
+use crate::judge::Waiting;
 use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
 use crate::run::measured::{device_violations, robot_summary};
@@ -59,12 +60,16 @@ impl Execution for Stepped<'_> {
         Some(robot.insight().look())
     }
 
-    fn latch(&self, robot: usize) -> Option<&'static str> {
+    fn latch(&self, robot: usize) -> Option<Waiting> {
         let member = self.robots.get(robot)?;
-        let asked = member.robot.as_ref()?.owes_an_answer();
-        let mut latched = { member.faults.active() }
-            .filter(|fault| fault.resumes() == Resumes::Operator && !asked);
-        latched.next().map(Fault::name)
+        let process = member.robot.as_ref()?;
+        let mut says =
+            { member.faults.active() }.filter(|fault| fault.resumes() == Resumes::Operator);
+        Some(Waiting {
+            fault: says.next().map(Fault::name).or(member.motors_off.fault()),
+            asked: process.times_asked(),
+            owes: process.owes_an_answer(),
+        })
     }
 
     fn show<R>(&self, to: impl FnOnce(&World, &Observations) -> R) -> R {
@@ -175,6 +180,7 @@ mod tests {
     use super::*;
     use crate::run::Run;
     use crate::stepped::Plans;
+    use crate::stepped::checkpoints::Checkpoints;
     use crate::testing;
     use crate::violation::ViolationKind;
 
@@ -221,5 +227,42 @@ mod tests {
             .map(|own| (own.kind, own.robot.as_str()))
             .collect();
         assert_eq!(kinds, [(ViolationKind::RobotEnd, "amr-2")], "{found:?}");
+    }
+
+    #[test]
+    fn a_robot_whose_next_process_forgets_that_its_motors_were_off_must_wait_all_the_same() {
+        let mut scenario = testing::scenario("overtaking");
+        let fault = |text: &str| toml::from_str(&text.replace(", ", "\n")).expect("a fault");
+        scenario.faults = vec![
+            fault("at_s = 3.0, for_s = 2.5, what = \"cut-motors\", robot = \"amr-1\""),
+            fault("at_s = 6.0, for_s = 1.0, what = \"kill-robot\", robot = \"amr-1\""),
+        ];
+        let plans = Plans::of(&scenario).expect("plans");
+        let mut stepped = Stepped::new(&scenario, &plans, 1, true, false).expect("built");
+        let mut waits = |until_s: f64| {
+            while ((stepped.now_ns() - START_NS) as f64) < until_s * 1e9 {
+                stepped.advance().expect("it runs");
+            }
+            let waiting = stepped.latch(0);
+            if waiting.is_none() {
+                stepped.robots[0].checkpoints = Checkpoints::default();
+            }
+            waiting.map(|own| own.fault)
+        };
+        assert_eq!(waits(2.9), Some(None));
+        assert_eq!(waits(5.0), Some(Some("motors-off")), "as it says");
+        assert_eq!(waits(6.5), None, "no process");
+        assert_eq!(
+            waits(8.5),
+            Some(Some("place-unknown")),
+            "it begins at its start"
+        );
+        let own = &stepped.robots[0];
+        assert_eq!(
+            own.motors_off.fault(),
+            Some("motors-off"),
+            "whatever it says"
+        );
+        assert_eq!(own.faults.state(Fault::MotorsOff).active, 0);
     }
 }

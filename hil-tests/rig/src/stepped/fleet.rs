@@ -1,7 +1,7 @@
 //! The robots of a scenario, their mediator and the network between them, stepped together.
 
 use contract::wire::{MediatorReport, RobotReport, RobotState};
-use contract::{Message as _, decode, keys};
+use contract::{decode, keys};
 use onboard::cli::Failure;
 use onboard::process::ctl::Request;
 use onboard::symbols::faults::{Fault, FaultTable};
@@ -15,8 +15,10 @@ use super::devices::Devices;
 use super::disk::Disk;
 use super::driving_out::DrivingOut;
 use super::faults::Schedule;
-use super::mediator::{HeldUp, SteppedMediator};
+use super::mediating::Ending;
+use super::mediator::SteppedMediator;
 use super::member::Member;
+use super::motors_off::MotorsOff;
 use super::network::{Message, MessageKind, Network};
 use super::plans::Plans;
 use super::reloading::Reloading;
@@ -57,6 +59,8 @@ pub struct Stepped<'a> {
     pub(super) journal_copy: Disk,
     /// Another mediator, which should not be there.
     pub(super) second_mediator: Option<SteppedMediator>,
+    /// How its process is about to end, if it is.
+    pub(super) ending: Option<Ending>,
     pub(super) faults: Schedule,
     /// A latch that nobody is to end.
     pub(super) stranded: Option<Fault>,
@@ -137,6 +141,7 @@ impl<'a> Stepped<'a> {
                     sending_on: SendingOn::default(),
                     reloading: Reloading::default(),
                     faults: FaultTable::default(),
+                    motors_off: MotorsOff::default(),
                     raised_before: vec![0; Fault::ALL.len()],
                     symbols: Json::Null,
                     allowed: Vec::new(),
@@ -152,6 +157,7 @@ impl<'a> Stepped<'a> {
             mediator,
             dropped: 0,
             second_mediator: None,
+            ending: None,
             journal_copy: Disk::default(),
             disk,
             faults: Schedule::new(scenario),
@@ -263,7 +269,7 @@ impl<'a> Stepped<'a> {
                 MessageKind::SecondReport => &mut self.second_mediator,
                 MessageKind::Answer => {
                     if let Ok(answer) = decode::<MediatorReport>(&message.bytes) {
-                        self.observations.delivered(&answer);
+                        self.observations.delivered(&answer, now_ns);
                     }
                     continue;
                 }
@@ -290,55 +296,21 @@ impl<'a> Stepped<'a> {
         Ok(())
     }
 
-    fn step_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
-        let mut answers = Vec::new();
-        let full = self.faults.lasts(ScriptedKind::FullDisk, None);
-        self.disk.fill(full);
-        let held_up = HeldUp {
-            disk_ns: self.faults.disk_ns(),
-            hangs: false,
-        };
-        let hangs = self.faults.lasts(ScriptedKind::HangMediator, None);
-        let first = self.mediator.iter_mut();
-        let first = first.map(|own| (own, HeldUp { hangs, ..held_up }));
-        let second = { self.second_mediator.iter_mut() }.map(|own| (own, held_up));
-        for (mediator, held_up) in first.chain(second) {
-            mediator.cycle(now_ns, held_up, |answer| answers.push(answer))?;
-        }
-        let status = self
-            .mediator
-            .as_mut()
-            .and_then(SteppedMediator::take_status);
-        if let Some(status) = status {
-            self.close_or_open(&status);
-            self.told.take(status, now_ns);
-        }
-        // Before what follows from it is heard.
-        self.note_cleared(now_ns);
-        for answer in answers {
-            let robot = { self.robots.iter() }.position(|member| member.id == answer.robot_id);
-            if let Some(robot) = robot {
-                let message = Message {
-                    robot,
-                    kind: MessageKind::Answer,
-                    bytes: answer.encode_to_vec(),
-                };
-                self.send(message, now_ns);
-            }
-        }
-        Ok(())
-    }
-
     fn step_robot(&mut self, number: usize, now_ns: u64) {
         let hangs = self.faults.hangs(number);
+        let motors_off = self.faults.lasts(ScriptedKind::CutMotors, Some(number));
         let member = &mut self.robots[number];
         let running = member.robot.as_mut().filter(|_| !hangs);
         let step = || running.into_iter().for_each(|robot| robot.step(now_ns));
         member.devices.step(now_ns, step);
+        if let Some(robot) = &member.robot {
+            let exchanges = member.devices.drive().setpoints;
+            (member.motors_off).look(exchanges, robot.resets_asked(), motors_off);
+        }
     }
 
     /// Sends a message. The listener hears it as it leaves, whatever becomes of it.
-    fn send(&mut self, message: Message, now_ns: u64) {
+    pub(super) fn send(&mut self, message: Message, now_ns: u64) {
         let (bytes, observations) = (&message.bytes[..], &mut self.observations);
         let understood = match message.kind {
             MessageKind::State => decode::<RobotState>(bytes)

@@ -63,12 +63,8 @@ impl Stepped<'_> {
                 let mut own = self.clones.iter_mut().filter(|own| own.fault == fault);
                 own.try_for_each(|clone| clone.end(&self.world))?;
             }
-            (ScriptedKind::KillMediator, _) if begins => {
-                // What it has not written by now is gone.
-                self.kill_mediator(self.disk.copy(), now_ns);
-            }
-            (ScriptedKind::RebootMediator, _) if begins => {
-                self.kill_mediator(self.disk.synced(), now_ns);
+            (ScriptedKind::KillMediator | ScriptedKind::RebootMediator, _) if begins => {
+                self.end_mediator(what == ScriptedKind::RebootMediator, now_ns);
             }
             (ScriptedKind::KillMediator | ScriptedKind::RebootMediator, _) if again => {
                 self.start_mediator(now_ns)?;

@@ -6,6 +6,7 @@ use serde_json::Value as Json;
 use super::checkpoints::Checkpoints;
 use super::devices::Devices;
 use super::driving_out::DrivingOut;
+use super::motors_off::MotorsOff;
 use super::reloading::Reloading;
 use super::robot::SteppedRobot;
 use super::sending_on::SendingOn;
@@ -37,6 +38,8 @@ pub(super) struct Member {
     /// The operator who changes its file, and has it read again.
     pub(super) reloading: Reloading,
     pub(super) faults: FaultTable,
+    /// Whether it must wait for its operator, whatever it says.
+    pub(super) motors_off: MotorsOff,
     /// How often its processes that have ended raised each fault, in the order of [`Fault::ALL`].
     pub(super) raised_before: Vec<u64>,
     /// What its symbols said when it was stopped.

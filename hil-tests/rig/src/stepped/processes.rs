@@ -6,9 +6,7 @@ use onboard::symbols::faults::Fault;
 
 use super::clock::{START_NS, ahead_after_boot_ns};
 use super::clones::{ClonedRobot, store};
-use super::disk::Disk;
 use super::fleet::Stepped;
-use super::mediator::SteppedMediator;
 use super::member::Member;
 use super::start::Start;
 use crate::scenario::{STARTED_AGAIN_S, ScriptedKind};
@@ -149,36 +147,6 @@ impl Stepped<'_> {
         }
         Ok(())
     }
-
-    pub(super) fn kill_mediator(&mut self, disk: Disk, now_ns: u64) {
-        self.disk = disk;
-        let killed = self.mediator.take();
-        self.dropped += killed.map_or(0, |own| own.dropped());
-        if let Some((_, end_ns)) = self.mediator_spans_ns.last_mut() {
-            end_ns.get_or_insert(now_ns);
-        }
-    }
-
-    /// Starts the mediator with the journal on its disk, unless it runs, or another fault keeps it from that: of two the longer one
-    /// counts.
-    pub(super) fn start_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
-        let kept_down = [
-            ScriptedKind::KillMediator,
-            ScriptedKind::RebootMediator,
-            ScriptedKind::LoseJournal,
-            ScriptedKind::FullDisk,
-        ]
-        .into_iter()
-        .any(|what| self.faults.lasts(what, None));
-        let plan = self.plans.mediator.as_ref();
-        if let Some(plan) = plan.filter(|_| self.mediator.is_none() && !kept_down) {
-            let mut mediator = SteppedMediator::start(plan, self.disk.clone(), now_ns)?;
-            mediator.drift(self.faults.drift(None));
-            self.mediator = Some(mediator);
-            self.mediator_spans_ns.push((now_ns, None));
-        }
-        Ok(())
-    }
 }
 
 impl Member {
@@ -186,6 +154,7 @@ impl Member {
     fn end_process(&mut self) {
         self.devices.hang_up();
         self.has_driven = false;
+        self.motors_off.forget_process();
         let Some(mut robot) = self.robot.take() else {
             return;
         };

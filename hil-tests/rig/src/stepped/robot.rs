@@ -16,7 +16,6 @@ use onboard::composition::compose::{
 };
 use onboard::composition::plan::{Plan, thread_names};
 use onboard::process::checkpoints::Left;
-use onboard::process::ctl::{Reply, Request};
 use onboard::process::inspect::snapshot;
 use onboard::process::overruns::OverrunWatch;
 use onboard::process::reload::Reload;
@@ -61,7 +60,8 @@ pub struct SteppedRobot {
     /// As the thread that keeps checkpoints has them.
     kept: Checkpoints,
     machine: Machine,
-    requests: Requests,
+    /// What operators ask of it.
+    pub(super) requests: Requests,
     desk: SteppedDesk,
     insight: Insight,
     id: String,
@@ -358,21 +358,6 @@ impl SteppedRobot {
         self.machine.input(event).is_some()
     }
 
-    /// A request of an operator, which the supervisor serves when it looks next.
-    pub fn ask(&mut self, request: Request) {
-        self.requests.ask(request);
-    }
-
-    /// A request of an operator at a bad moment, which may be refused for that.
-    pub(super) fn ask_unwanted(&mut self, request: Request) {
-        self.requests.ask_unwanted(request);
-    }
-
-    /// An operator waits for an answer.
-    pub fn owes_an_answer(&self) -> bool {
-        self.requests.owes_an_answer()
-    }
-
     /// The desk of who drives it by hand, and who sits there.
     pub fn desk(&mut self) -> &mut SteppedDesk {
         &mut self.desk
@@ -381,17 +366,5 @@ impl SteppedRobot {
     /// Who drives it by hand leaves.
     pub fn let_go(&mut self) {
         self.desk.leave(self.clock.now_ns());
-    }
-
-    /// What operators were refused; not what they ask for again.
-    #[must_use]
-    pub fn refused(&self) -> Vec<String> {
-        self.requests.refused()
-    }
-
-    /// What operators were answered, in order: the name of the request, and the reply.
-    #[must_use]
-    pub fn replies(&self) -> Vec<(&'static str, Reply)> {
-        self.requests.replies()
     }
 }

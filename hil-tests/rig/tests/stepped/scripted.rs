@@ -82,11 +82,40 @@ fn a_mediator_that_two_faults_keep_down_starts_when_the_longer_one_is_over() {
     let mut run = Run::new(scenario.clone(), stepped, 3);
     let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
     run.stop();
-    let spans: Vec<_> = { record(&run, &ending).mediator.into_iter() }
-        .map(|span| [span.from_s, span.to_s].map(f64::round))
-        .collect();
-    assert_eq!(spans.len(), 2, "{spans:?}");
-    assert_eq!((spans[0], spans[1][0]), ([0.0, 20.0], 30.0));
+    let spans = record(&run, &ending).mediator;
+    let [first, second] = &spans[..] else {
+        panic!("{spans:?}");
+    };
+    // While it writes next.
+    assert!((20.0..=21.0).contains(&first.to_s), "{spans:?}");
+    assert_eq!(second.from_s.round(), 30.0, "{spans:?}");
+}
+
+#[test]
+fn a_mediator_that_ends_again_and_again_while_it_writes_lets_nobody_in_uninvited() {
+    let mut scenario = junction();
+    scenario.patience_s = 600.0;
+    for number in 0..20 {
+        let at_s = 5.0 + 3.0 * f64::from(number);
+        let what = ["kill", "reboot"][number as usize % 2];
+        let fault = format!("at_s = {at_s:?}\nfor_s = 1.5\nwhat = \"{what}-mediator\"");
+        scenario
+            .faults
+            .push(toml::from_str(&fault).expect("a fault"));
+    }
+    let plans = plans(&scenario);
+    let stepped = Stepped::new(&scenario, &plans, 2, true, false);
+    let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
+    let mut run = Run::new(scenario.clone(), stepped, 2);
+    let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
+    run.stop();
+    let record = record(&run, &ending);
+    assert!(record.summary.passed(), "{:?}", record.summary);
+    let ends: Vec<f64> = record.mediator.iter().map(|span| span.to_s).collect();
+    assert_eq!(ends.len(), 21, "{ends:?}");
+    let waited = |end: &f64| (end - 5.0).rem_euclid(3.0) >= 0.99;
+    let writing = ends[..20].iter().filter(|end| !waited(end)).count();
+    assert!(writing >= 5, "{ends:?}");
 }
 
 #[test]

@@ -132,9 +132,13 @@ fn summaries(scenario: &Scenario, real: &Path) -> Result<Vec<Summary>, Failure> 
             .is_some_and(|name| name.parse::<u64>().is_ok())
     };
     for entry in entries.flatten().filter(is_run) {
-        let Ok(text) = fs::read_to_string(entry.path().join("summary.json")) else {
-            continue;
-        };
+        let path = entry.path().join("summary.json");
+        let text = fs::read_to_string(&path).map_err(|error| {
+            refused(format!(
+                "{}: {error}: a run that did not come to its end is no run to compare, make it again",
+                path.display()
+            ))
+        })?;
         let summary: Summary = serde_json::from_str(&text)
             .map_err(|error| refused(format!("{}: {error}", entry.path().display())))?;
         if summary.scenario != scenario.name {

@@ -230,7 +230,7 @@ impl Accesses {
         let Some(run) = self.runs.get_mut(&key) else {
             return;
         };
-        let has = (GRANTED..RELEASED).contains(&level.progress) && level.path != RETURNING;
+        let has = is_grant(level);
         let same = (level.run, level.progress, fence) == (run.run, run.progress, run.fence);
         if !(run.cleared && has && same) {
             return;
@@ -260,6 +260,11 @@ impl Accesses {
         });
         !others_wait && !self.is_full_for(robot, area)
     }
+}
+
+/// Whether who is at this level has the area.
+pub(super) fn is_grant(level: &Level) -> bool {
+    (GRANTED..RELEASED).contains(&level.progress) && level.path != RETURNING
 }
 
 /// Ends what a run still has. Returns whether that was an area.

@@ -7,6 +7,7 @@
 
 mod access;
 mod control;
+mod grants;
 mod latency;
 mod leases;
 mod places;
@@ -17,8 +18,9 @@ use std::collections::BTreeMap;
 use config::{NetConfig, NetParty, SiteConfig};
 use contract::wire::{MediatorReport, RobotReport, RobotState};
 
-use access::Accesses;
+use access::{Accesses, is_grant};
 use control::Controls;
+use grants::Grants;
 use leases::Leases;
 use places::Places;
 use registrations::{Order, Registrations, Source};
@@ -69,6 +71,7 @@ pub struct Observations {
     steps: Vec<Step>,
     registrations: Registrations,
     accesses: Accesses,
+    grants: Grants,
     controls: Controls,
     latencies: Latencies,
     leases: Leases,
@@ -88,6 +91,7 @@ impl Observations {
             steps: Vec::new(),
             registrations: Registrations::default(),
             accesses: Accesses::new(capacities),
+            grants: Grants::default(),
             controls: Controls::default(),
             latencies: Latencies::new(governed(nets)),
             leases: Leases::default(),
@@ -175,6 +179,9 @@ impl Observations {
             journal: answer.journal,
         };
         self.hear(source, at_ns);
+        for (area, by) in granted(answer) {
+            self.grants.said(robot, area, by, at_ns);
+        }
         if (self.registrations).is_old(robot, source, answer.session) {
             return;
         }
@@ -205,9 +212,13 @@ impl Observations {
     }
 
     /// An answer that was heard when it left has reached its robot.
-    pub fn delivered(&mut self, answer: &MediatorReport) {
+    pub fn delivered(&mut self, answer: &MediatorReport, at_ns: u64) {
         let (robot, boot) = (&answer.robot_id, answer.boot_epoch);
         self.leases.echoed(robot, boot, answer.robot_sequence);
+        self.grants.deliver();
+        for (area, by) in granted(answer) {
+            self.grants.reached(robot, area, by, at_ns);
+        }
     }
 
     /// From when on the robot's lease runs; none: not known.
@@ -288,6 +299,20 @@ impl Observations {
         })
     }
 
+    /// Whether the robot knew at this time, within the tolerance, of a mediator's grant by which it had the area; also where it says that
+    /// it has none.
+    #[must_use]
+    pub fn was_given(&self, robot: &str, area: &str, at_ns: u64, tolerance_ns: u64) -> bool {
+        let mut all = { self.ownings().iter().rev() }
+            .filter(|own| own.robot == robot && own.area == area)
+            .filter(|own| own.covers(at_ns, tolerance_ns))
+            .peekable();
+        let known_ns = at_ns.saturating_add(tolerance_ns);
+        let given =
+            |own: &Owning| (self.grants).was_given(robot, area, (own.journal, own.fence), known_ns);
+        all.peek().is_none() || all.any(given)
+    }
+
     /// The net that had the discrete control of this robot at this time, if one had.
     #[must_use]
     pub fn control_of(&self, robot: &str, at_ns: u64) -> Option<&Controlled> {
@@ -302,6 +327,13 @@ impl Observations {
             .iter()
             .any(|own| own.net == net && own.covers(at_ns))
     }
+}
+
+/// The areas that its robot has by an answer, each with journal and fence.
+fn granted(answer: &MediatorReport) -> impl Iterator<Item = (&str, (u64, u64))> {
+    let has = answer.access.iter();
+    has.filter(|own| answer.session != 0 && own.level.as_ref().is_some_and(is_grant))
+        .map(|own| (own.area.as_str(), (answer.journal, own.fence)))
 }
 
 /// Areas into which a net lets robots by protocol 1, each with the number of its net.

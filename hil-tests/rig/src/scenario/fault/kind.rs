@@ -34,9 +34,10 @@ pub enum ScriptedKind {
     /// The disk of the robot's computer is full, and has room again at the end. Its process is killed for it, and the next one cannot
     /// note that the robot is under way.
     FillDisk,
-    /// The mediator is killed, and started again with its journal at the end.
+    /// The mediator is killed while it writes its journal, or after a second in which it has nothing to write, and started again with the
+    /// journal at the end.
     KillMediator,
-    /// The mediator's computer loses its power, and has it again at the end: of the journal only what was synced is left.
+    /// The same by a loss of power: of what was not synced each sector is on the disk or not, by chance.
     RebootMediator,
     /// The mediator's thread that manages areas hangs, and goes on at the end; what arrives meanwhile waits for it.
     HangMediator,
