@@ -331,6 +331,12 @@ fn a_bad_run_of_the_campaign_of_faults_is_made_smaller_too() {
                 .is_file()
         );
     }
+    // A campaign of other pairs is another one: its seeds stand for other faults.
+    let made = std::fs::read_to_string(folder.path().join("pairs/runs.jsonl"));
+    let made = made.expect("a list of runs");
+    let head = made.lines().next().expect("a first line");
+    assert!(head.contains("\"pairs from 1: "), "{head}");
+    assert!(["slip", "drift"].iter().all(|kind| head.contains(kind)));
 }
 
 #[test]

@@ -121,8 +121,10 @@ impl LineFitter {
         for point in &self.near {
             counts[point.piece] += 1;
         }
+        // One division for each piece, not for each point; no point is in an empty one.
+        let shares = counts.map(|count| 1.0 / f64::from(count.max(1)));
         for point in &mut self.near {
-            point.share = 1.0 / f64::from(counts[point.piece]);
+            point.share = shares[point.piece];
         }
         self.fours.clear();
         self.fours
