@@ -1,5 +1,8 @@
 use std::os::unix::fs::PermissionsExt;
 
+use contract::wire::CertificateRequest;
+
+use super::renewals::Renewals;
 use super::*;
 
 fn site() -> (tempfile::TempDir, Keys) {
@@ -87,6 +90,31 @@ fn a_revoked_name_counts_no_more_and_its_next_generation_does() {
     keys.revoke(&robot("amr-7")).expect_err("it has none");
     keys.issue(robot("amr-1")).expect("made");
     assert_eq!(names(&keys), ["robots/amr-1/2", "robots/amr-2/1"]);
+}
+
+#[test]
+fn who_asks_for_certificates_again_and_again_is_refused_also_where_it_asks_for_nothing() {
+    let (_folder, keys) = site();
+    let identity = keys.issue(robot("amr-1")).expect("made");
+    keys.issue(robot("amr-2")).expect("made");
+    let mut renewals = Renewals::new(keys.snapshot().expect("read"));
+    let mut asks = |robot: &str, pem: &str| {
+        let request_pem = pem.to_owned();
+        renewals
+            .answer(robot, &CertificateRequest { request_pem })
+            .refusal
+    };
+    let early = "expected one request in";
+    assert!(!asks("amr-1", "nonsense").starts_with(early));
+    let good = identity.request().expect("asked");
+    assert!(asks("amr-1", good.pem()).starts_with(early));
+    assert!(asks("amr-1", "nonsense").starts_with(early));
+    assert!(
+        !asks("amr-2", "nonsense").starts_with(early),
+        "another robot"
+    );
+    assert!(renewals.is_news("amr-1") && !renewals.is_news("amr-1"));
+    assert!(renewals.is_news("amr-2"));
 }
 
 #[test]

@@ -196,9 +196,9 @@ pub enum Alarm {
 }
 
 impl Alarm {
-    /// The robot of the site that it is about, if it is about one.
+    /// The robot, area or coordination of the site that it is about, if it is about one.
     #[must_use]
-    pub fn robot(&self) -> Option<&str> {
+    pub fn subject(&self) -> Option<&str> {
         match self {
             Self::Doubled { robot }
             | Self::TooManySessions { robot, .. }
@@ -223,14 +223,12 @@ impl Alarm {
             | Self::BypassedBySecond { robot, .. }
             | Self::Mute { robot, .. }
             | Self::Circle { robot, .. } => Some(robot),
-            Self::UnknownRobot(_)
-            | Self::SecondMediator { .. }
-            | Self::GoesOn { .. }
-            | Self::NotResumed { .. }
-            | Self::Still { .. }
-            | Self::Preempted { .. }
-            | Self::LetGo { .. }
-            | Self::Overfull { .. } => None,
+            Self::NotResumed { coordination, .. }
+            | Self::Still { coordination, .. }
+            | Self::Preempted { coordination }
+            | Self::LetGo { coordination } => Some(coordination),
+            Self::Overfull { area, .. } => Some(area),
+            Self::UnknownRobot(_) | Self::SecondMediator { .. } | Self::GoesOn { .. } => None,
         }
     }
 }

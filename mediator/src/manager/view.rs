@@ -48,7 +48,13 @@ impl View<'_> {
         }
         if lines.is_empty() {
             let session = self.sessions.robot(robot);
+            // As `status` says it.
+            let reports = self.peers.is_heard(robot, self.now_ns);
             lines.push(match (session.number, session.is_heard()) {
+                (_, false) if reports => match &session.refused {
+                    Some((_, why)) => format!("{robot_id} reports, and is refused: {why}"),
+                    None => format!("{robot_id} reports, and does not follow this mediator yet"),
+                },
                 (0, _) => format!("{robot_id} was never heard of"),
                 (_, false) => format!("{robot_id} is silent, and waits for nothing"),
                 (_, true) => { self.explain_lease(robot) }

@@ -1,13 +1,15 @@
 //! What a message to the mediator must keep before anything is made of it, so that neither log nor work grow with what it contains.
 
 use contract::decode;
-use contract::wire::RobotReport;
+use contract::wire::{Control, RobotReport};
 use description::names::is_key_part;
 
 /// No name of a site, and no state, is longer than that, bytes.
 pub(super) const LONGEST_TEXT: usize = 256;
 /// No site has more areas.
 const MOST_AREAS: usize = 4096;
+/// No net has more flags for one robot, or ways to set them.
+const MOST_FLAGS: usize = 256;
 
 /// The report in a message, which must be of the robot that its key names.
 ///
@@ -36,7 +38,28 @@ pub fn report_in(key: &str, message: &[u8]) -> Result<RobotReport, String> {
     if lists.into_iter().any(|found| found > MOST_AREAS) {
         return Err(format!("that of `{id}` lists more than {MOST_AREAS} areas"));
     }
+    if report.control.as_ref().is_some_and(is_too_long) {
+        return Err(format!(
+            "that of `{id}` has a control with more than {MOST_FLAGS} flags or paths, or {MOST_AREAS} areas"
+        ));
+    }
     Ok(report)
+}
+
+/// A robot need say no more of its control than coordination and level; one that repeats all is understood as well.
+fn is_too_long(control: &Control) -> bool {
+    let paths = control.paths.iter().map(|path| path.flags.len());
+    let lists = [control.flags.len(), control.paths.len()];
+    let orders = control
+        .flags
+        .iter()
+        .filter_map(|flag| flag.instruction.as_ref());
+    let areas: usize = orders.map(|order| order.areas.len()).sum();
+    lists
+        .into_iter()
+        .chain(paths)
+        .any(|found| found > MOST_FLAGS)
+        || areas > MOST_AREAS
 }
 
 /// Of whom a key is.
@@ -56,12 +79,29 @@ fn texts(report: &RobotReport) -> impl Iterator<Item = &str> {
         .chain(report.access.iter().map(|own| own.area.as_str()))
         .chain(report.revocations.iter().map(|own| own.area.as_str()))
         .chain(report.floor.iter().map(|own| own.id.as_str()))
+        .chain(report.control.iter().flat_map(texts_of_control))
+}
+
+fn texts_of_control(control: &Control) -> impl Iterator<Item = &str> {
+    let orders = control
+        .flags
+        .iter()
+        .filter_map(|flag| flag.instruction.as_ref());
+    { [control.net.as_str()].into_iter() }
+        .chain(
+            control
+                .flags
+                .iter()
+                .flat_map(|flag| [flag.name.as_str(), &flag.on_output]),
+        )
+        .chain(orders.clone().map(|order| order.event.as_str()))
+        .chain(orders.flat_map(|order| order.areas.iter().map(String::as_str)))
 }
 
 #[cfg(test)]
 mod tests {
     use contract::Message;
-    use contract::wire::{Access, FloorArea};
+    use contract::wire::{Access, ControlFlag, ControlPath, FloorArea, Instruction};
 
     use super::*;
 
@@ -96,7 +136,37 @@ mod tests {
 
     #[test]
     fn texts_are_short_and_of_one_line() {
-        let ways: [fn(&mut RobotReport, String); 6] = [
+        let ways: [fn(&mut RobotReport, String); 11] = [
+            |own, net| {
+                own.control = Some(Control {
+                    net,
+                    ..Control::default()
+                });
+            },
+            |own, name| {
+                own.control = with_flag(ControlFlag {
+                    name,
+                    ..ControlFlag::default()
+                });
+            },
+            |own, on_output| {
+                own.control = with_flag(ControlFlag {
+                    on_output,
+                    ..ControlFlag::default()
+                });
+            },
+            |own, event| {
+                own.control = with_order(Instruction {
+                    event,
+                    ..Instruction::default()
+                });
+            },
+            |own, area| {
+                own.control = with_order(Instruction {
+                    areas: vec![area],
+                    ..Instruction::default()
+                });
+            },
             |own, text| own.site = text,
             |own, text| own.fsm_state = text,
             |own, text| own.stands_in.push(text),
@@ -131,6 +201,57 @@ mod tests {
                 assert_eq!(refusal(&report).is_none(), is_good, "{number}");
             }
         }
+    }
+
+    fn with_flag(flag: ControlFlag) -> Option<Control> {
+        Some(Control {
+            flags: vec![flag],
+            ..Control::default()
+        })
+    }
+
+    fn with_order(order: Instruction) -> Option<Control> {
+        with_flag(ControlFlag {
+            instruction: Some(order),
+            ..ControlFlag::default()
+        })
+    }
+
+    #[test]
+    fn so_is_what_a_robot_says_of_its_control() {
+        let flags = |count| Control {
+            flags: vec![ControlFlag::default(); count],
+            ..Control::default()
+        };
+        let paths = |count| Control {
+            paths: vec![ControlPath::default(); count],
+            ..Control::default()
+        };
+        let path = |count| Control {
+            paths: vec![ControlPath {
+                flags: vec![0; count],
+            }],
+            ..Control::default()
+        };
+        let ways: [&dyn Fn(usize) -> Control; 3] = [&flags, &paths, &path];
+        for (number, way) in ways.into_iter().enumerate() {
+            for (count, is_good) in [(MOST_FLAGS, true), (MOST_FLAGS + 1, false)] {
+                let report = RobotReport {
+                    control: Some(way(count)),
+                    ..report()
+                };
+                assert_eq!(refusal(&report).is_none(), is_good, "{number}: {count}");
+            }
+        }
+        let areas = vec!["1".to_owned(); MOST_AREAS + 1];
+        let many = RobotReport {
+            control: with_order(Instruction {
+                areas,
+                ..Instruction::default()
+            }),
+            ..report()
+        };
+        assert!(refusal(&many).is_some());
     }
 
     #[test]

@@ -117,6 +117,7 @@ async fn talk(
     let mut stop_check = tokio::time::interval(STOP_CHECK);
     let mut keys_check = tokio::time::interval(KEYS_CHECK);
     let (mut accepts_again, mut warns_again) = (Instant::now(), Instant::now());
+    let mut unsent = Unsent::default();
     loop {
         tokio::select! {
             message = outputs.recv() => {
@@ -126,7 +127,7 @@ async fn talk(
                 if let Some(network) = &mut network
                     && let Err(error) = network.send(message, known).await
                 {
-                    tracing::warn!("a message could not be sent: {error}");
+                    unsent.note(&error.to_string(), Instant::now());
                 }
             }
             client = listener.accept(), if Instant::now() >= accepts_again => match client {
@@ -157,6 +158,28 @@ async fn talk(
                 network = keep_up(network, is_stuck, &settings, &ears).await;
             }
             _ = stop_check.tick() => if shared.is_stopping() { return Ok(()) },
+        }
+    }
+}
+
+/// Messages that could not be sent: there may be thousands in a second.
+#[derive(Debug, Default)]
+struct Unsent {
+    /// Since the last line that said so.
+    count: u64,
+    warned: Option<Instant>,
+}
+
+impl Unsent {
+    fn note(&mut self, error: &str, now: Instant) {
+        self.count += 1;
+        if self.warned.is_none_or(|warned| now >= warned + WARN_PAUSE) {
+            let messages = match std::mem::take(&mut self.count) {
+                1 => "a message".to_owned(),
+                count => format!("{count} messages"),
+            };
+            tracing::warn!("{messages} could not be sent: {error}");
+            self.warned = Some(now);
         }
     }
 }

@@ -9,7 +9,7 @@ use super::orders::Orders;
 use super::question::{Answer, Question};
 use super::repeats::Repeats;
 use crate::journal::{ClosedRecord, Entry, OrderRecord, Store, StoreError};
-use crate::manager::{Cleared, Inside, Manager, second_of};
+use crate::manager::{Cleared, Inside, Manager, Precedence, second_of};
 use contract::wire::MediatorReport;
 
 /// Time passes for the manager at least this often.
@@ -18,6 +18,8 @@ pub const TICK_NS: u64 = 20_000_000;
 const REPEATS_NS: u64 = 2_000_000;
 /// A journal that the disk does not take is tried again after this time.
 const RETRY_NS: u64 = 1_000_000_000;
+/// What is written this late has left so late: nobody could answer it before.
+const HELD_UP_NS: u64 = 500_000_000;
 /// That it still does not is said again after this time.
 const SAID_NS: u64 = 30_000_000_000;
 
@@ -38,6 +40,8 @@ pub struct Management {
     orders: Orders,
     /// Carried out, and not said yet.
     ordered: Vec<String>,
+    /// When the last turn began, or what it wrote began to leave.
+    turned_ns: u64,
     repeats: Repeats,
     blocked: Option<Blocked>,
     next_tick_ns: u64,
@@ -63,6 +67,7 @@ impl Management {
             answers: Vec::new(),
             orders: Orders::new(orders),
             ordered: Vec::new(),
+            turned_ns: 0,
             repeats: Repeats::default(),
             blocked: None,
             next_tick_ns: 0,
@@ -82,6 +87,12 @@ impl Management {
         now_ns: u64,
     ) -> Result<(), StoreError> {
         let mut ordered = Vec::new();
+        let mut inputs: Vec<Input> = inputs.collect();
+        // A disk that has stalled makes nobody silent: who is there is heard before those who would take his place.
+        inputs.sort_by_key(|input| match input {
+            Input::Report(report) => self.manager.precedence(report),
+            Input::Question(_) => Precedence::Other,
+        });
         for input in inputs {
             match input {
                 Input::Report(report) => self.manager.report(&report, now_ns),
@@ -104,6 +115,7 @@ impl Management {
             self.manager.repeat_levels(now_ns);
             self.next_repeats_ns = now_ns + REPEATS_NS;
         }
+        self.turned_ns = now_ns;
         self.entries.clear();
         self.entries.extend(self.manager.entries());
         self.entries.append(&mut ordered);
@@ -176,6 +188,11 @@ impl Management {
         if self.is_blocked() {
             return None;
         }
+        let held_up_ns = now_ns.saturating_sub(self.turned_ns);
+        if held_up_ns >= HELD_UP_NS {
+            self.manager.was_held_up(held_up_ns);
+        }
+        self.turned_ns = now_ns;
         self.manager.next_message(now_ns)
     }
 

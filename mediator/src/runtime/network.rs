@@ -242,7 +242,7 @@ fn answer_renewal(renewals: &Mutex<Renewals>, query: &Query) {
     };
     let mut renewals = renewals.lock().unwrap_or_else(PoisonError::into_inner);
     let answer = renewals.answer(robot, &request);
-    if answer.refusal.is_empty() {
+    if answer.refusal.is_empty() && renewals.is_news(robot) {
         tracing::info!("robot `{robot}` gets a new certificate");
     }
     // One that has gone asks again.

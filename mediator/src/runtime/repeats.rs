@@ -7,11 +7,11 @@ use crate::manager::Alarm;
 
 /// A line comes again at most once in this time,
 const PAUSE_NS: u64 = 60_000_000_000;
-/// and so many different ones of a kind, of each robot of the site, and of all others together: whoever floods the mediator may make up
-/// any number of names.
+/// and so many different ones of a kind, of each robot, area and coordination of the site, and of all others together: whoever floods the
+/// mediator may make up any number of names.
 const OF_A_KIND: usize = 8;
 
-/// Which lines were said of late, by kind and robot.
+/// Which lines were said of late, by kind and subject.
 #[derive(Debug, Default)]
 pub(super) struct Repeats(HashMap<(Discriminant<Alarm>, Option<String>), Kind>);
 
@@ -31,7 +31,7 @@ impl Repeats {
         let line = alarm.to_string();
         let of = (
             std::mem::discriminant(alarm),
-            alarm.robot().map(str::to_owned),
+            alarm.subject().map(str::to_owned),
         );
         let kind = { self.0.entry(of) }.or_insert_with(|| Kind {
             since_ns: now_ns,
@@ -105,6 +105,26 @@ mod tests {
             lines[0].starts_with("9992 more") && lines[0].contains("amr-9999"),
             "{lines:?}"
         );
+    }
+
+    #[test]
+    fn each_coordination_that_stands_still_and_each_area_with_too_many_is_named() {
+        let mut repeats = Repeats::default();
+        let still = |number: u32| Alarm::Still {
+            coordination: format!("gate-{number}"),
+            since_s: 30,
+            what: String::new(),
+        };
+        let overfull = |number: u32| Alarm::Overfull {
+            area: number.to_string(),
+            capacity: 1,
+            found: 2,
+            robots: String::new(),
+        };
+        for number in 0..50 {
+            assert!(repeats.say(&still(number), 0).is_some(), "{number}");
+            assert!(repeats.say(&overfull(number), 0).is_some(), "{number}");
+        }
     }
 
     #[test]

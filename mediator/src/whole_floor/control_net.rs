@@ -324,15 +324,49 @@ impl ControlNet {
     }
 }
 
-/// All ways to have a robot of its own for each role.
-pub(super) fn assignments(candidates: &[Vec<usize>]) -> Vec<Vec<usize>> {
-    let Some((first, rest)) = candidates.split_first() else {
-        return vec![Vec::new()];
+/// The ways to have a robot of its own for each role, at most so many: there are as many as the product of all roles' robots.
+pub(super) fn assignments(candidates: &[Vec<usize>], most: usize) -> Vec<Vec<usize>> {
+    let (mut all, mut chosen) = (Vec::new(), Vec::with_capacity(candidates.len()));
+    choose(candidates, most, &mut chosen, &mut all);
+    all
+}
+
+fn choose(rest: &[Vec<usize>], most: usize, chosen: &mut Vec<usize>, all: &mut Vec<Vec<usize>>) {
+    let Some((first, rest)) = rest.split_first() else {
+        all.push(chosen.clone());
+        return;
     };
-    let rest = assignments(rest);
-    let with = |&robot: &usize| {
-        let others = rest.iter().filter(move |others| !others.contains(&robot));
-        others.map(move |others| [&[robot][..], others].concat())
-    };
-    first.iter().flat_map(with).collect()
+    for &robot in first {
+        if all.len() == most {
+            return;
+        }
+        if !chosen.contains(&robot) {
+            chosen.push(robot);
+            choose(rest, most, chosen, all);
+            chosen.pop();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn each_role_has_a_robot_of_its_own_in_at_most_so_many_ways() {
+        let both = vec![1, 2];
+        let none: Vec<Vec<usize>> = Vec::new();
+        assert_eq!(assignments(&[], 9), [Vec::<usize>::new()]);
+        assert_eq!(assignments(&[vec![]], 9), none);
+        assert_eq!(assignments(&[both.clone(), vec![2]], 9), [[1, 2]]);
+        assert_eq!(
+            assignments(&[both.clone(), both.clone()], 9),
+            [[1, 2], [2, 1]]
+        );
+        assert_eq!(assignments(&[both.clone(), both.clone()], 1), [[1, 2]]);
+        assert_eq!(assignments(&[both.clone(), both.clone(), both], 9), none);
+        // Sixteen roles that any of forty robots can play: more ways than there are atoms in a robot.
+        let many = vec![(0..40).collect::<Vec<_>>(); 16];
+        assert_eq!(assignments(&many, 1000).len(), 1000);
+    }
 }

@@ -36,6 +36,11 @@ impl Floor {
         }
     }
 
+    /// More placements are too many to look at.
+    pub(super) fn most(&self) -> usize {
+        MOST.min(MOST_PLACES / self.routes.len().max(1))
+    }
+
     /// All that can be reached, as far as that is not too much.
     pub(super) fn explore(&self) -> Explored {
         let mut graph = Graph::default();
@@ -45,7 +50,7 @@ impl Floor {
         let start = Rc::new(start);
         numbers.insert(Rc::clone(&start), 0);
         graph.states.push(start);
-        let most = MOST.min(MOST_PLACES / self.routes.len().max(1));
+        let most = self.most();
         // Placements before this one are all that so many steps lead to.
         let (mut steps, mut end) = (0, 1);
         let mut next = 0;

@@ -294,12 +294,17 @@ impl Floor {
                         .filter(|&robot| self.fits(state, robot, cast))
                         .collect()
                 });
-                for robots in assignments(&fitting.collect::<Vec<Vec<usize>>>()) {
-                    let who = robots.iter().fold(0, |who, robot| who * count + robot);
+                // One more than there is room for is enough to say that there are too many.
+                let most = (self.most() + 1).saturating_sub(steps.len());
+                for robots in assignments(&fitting.collect::<Vec<Vec<usize>>>(), most) {
+                    // Tells those of few robots apart; of many some are the same.
+                    let who = robots.iter().fold(0_u32, |who, &robot| {
+                        who.wrapping_mul(count as u32).wrapping_add(robot as u32)
+                    });
                     let mut after = state.clone();
                     let robots = robots.into_iter().map(|robot| robot as u16);
                     after.controls[number] = net.start(situation, robots);
-                    let step = Step::Begins(number as u16, situation as u16, who as u32);
+                    let step = Step::Begins(number as u16, situation as u16, who);
                     steps.push((step, after));
                 }
             }

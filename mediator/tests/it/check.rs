@@ -12,6 +12,11 @@ fn shipped(file: &str) -> String {
 
 /// What it prints of a site with the shipped nets, and how it ends.
 fn check(site: &str) -> (Option<i32>, String) {
+    check_beside(site, &[])
+}
+
+/// The same beside these nets, each with its name.
+fn check_beside(site: &str, nets: &[(String, String)]) -> (Option<i32>, String) {
     let folder = tempfile::tempdir().expect("a folder");
     for below in ["sites", "nets"] {
         std::fs::create_dir(folder.path().join(below)).expect("a folder in it");
@@ -19,6 +24,10 @@ fn check(site: &str) -> (Option<i32>, String) {
     for net in ["overtaking", "docking", "t-junction"] {
         let file = format!("nets/{net}.toml");
         std::fs::write(folder.path().join(&file), shipped(&file)).expect("written");
+    }
+    for (name, text) in nets {
+        let file = folder.path().join(format!("nets/{name}.toml"));
+        std::fs::write(file, text).expect("written");
     }
     let path: PathBuf = folder.path().join("sites/site.toml");
     std::fs::write(&path, site).expect("written");
@@ -81,6 +90,93 @@ fn a_deadlock_that_a_coordination_leads_to_is_a_failure_too() {
         "hears what `overtaking` tells it",
         " has 5 and waits for 1",
         " has 1, is let into 5 and waits for 5",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+/// A gate before an area, for two robots that pass it one after the other.
+const GATE: &str = r#"
+name = "gate-AREA"
+
+[roles.one]
+protocol = "crossing"
+[roles.two]
+protocol = "crossing"
+
+[protocols.crossing]
+keeper = "mediator"
+flags = [
+    { robot = "request" },
+    { mediator = "granted", enters = ["AREA"] },
+    { robot = "entered" },
+    { robot = "released" },
+]
+
+[places]
+free = "nobody is in"
+one-may-come = "it is kept for one"
+one-inside = "one is in"
+two-may-come = "it is kept for two"
+two-inside = "two is in"
+
+[sources]
+one-asks = "one.request"
+one-enters = "one.entered"
+one-leaves = "one.released"
+two-asks = "two.request"
+two-enters = "two.entered"
+two-leaves = "two.released"
+
+[sinks]
+one-go = "one.granted"
+two-go = "two.granted"
+
+[transitions]
+let-one-in = { from = ["one-asks", "free"], to = ["one-may-come", "one-go"] }
+one-in = { from = ["one-enters", "one-may-come"], to = ["one-inside"] }
+one-out = { from = ["one-leaves", "one-inside"], to = ["free"] }
+let-two-in = { from = ["two-asks", "free"], to = ["two-may-come", "two-go"] }
+two-in = { from = ["two-enters", "two-may-come"], to = ["two-inside"] }
+two-out = { from = ["two-leaves", "two-inside"], to = ["free"] }
+
+[ends]
+idle = ["free"]
+
+[situations.nobody]
+marked = ["free"]
+"#;
+
+/// Two big robots of the docking site go round in it, and each takes both lanes of the access, each lane behind a gate of its own: one
+/// comes from the gate, the other one from the bay, which is the opposite order.
+#[test]
+fn two_gates_taken_in_opposite_order_are_a_failure_with_the_steps_that_lead_there() {
+    let shipped = shipped("sites/docking.toml");
+    let (floor, _) = shipped
+        .split_once("[coordinations.access]")
+        .expect("its last part");
+    let (before, rest) = floor.split_once("[robots.amr-2]").expect("a robot");
+    let (_, after) = rest.split_once("[robots.amr-big]").expect("the next one");
+    let mut site = format!("{before}[robots.amr-big]{after}").replace(
+        "[robots.amr-1]\nrole = \"small\"",
+        "[robots.amr-1]\nrole = \"big\"",
+    );
+    let areas = ["access-in", "access-out"];
+    for area in areas {
+        site += &format!(
+            "[coordinations.{area}]\nnet = \"gate-{area}\"\n[coordinations.{area}.situations.nobody]\n\
+             one = {{ robot = \"amr-1\" }}\ntwo = {{ robot = \"amr-big\" }}\n"
+        );
+    }
+    let nets = areas.map(|area| (format!("gate-{area}"), GATE.replace("AREA", area)));
+    let (code, text) = check_beside(&site, &nets);
+    assert!(code.is_some_and(|code| code > 0), "{code:?}: {text}");
+    for part in [
+        "whole floor: deadlock: these robots can come to wait for ever:",
+        "amr-1",
+        "amr-big",
+        "after these steps:",
+        "`access-in`: let-one-in",
     ] {
         assert!(text.contains(part), "{part}: {text}");
     }

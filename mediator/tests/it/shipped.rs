@@ -353,6 +353,25 @@ fn a_robot_that_does_not_answer_does_not_hold_the_other() {
     assert!(scene.alarms().is_empty());
 }
 
+/// What was to ask it is written only then.
+#[test]
+fn a_robot_that_could_not_be_asked_while_the_disk_stalled_is_not_mute() {
+    let mut scene = Scene::new();
+    scene.normal.mute = true;
+    scene.come_up();
+    scene.wait(1);
+    scene.now_ns += 40 * SECOND_NS;
+    scene.manager.was_held_up(40 * SECOND_NS);
+    scene.talk();
+    scene.manager.tick(scene.now_ns);
+    assert_eq!(scene.alarms(), []);
+    scene.wait(3);
+    assert_eq!((scene.runs(), scene.alarms()), (1, Vec::new()));
+    scene.wait(2);
+    let alarms = scene.alarms();
+    assert!(matches!(&alarms[..], [Alarm::Mute { robot, .. }] if robot == "amr-1"));
+}
+
 #[test]
 fn a_robot_that_repeats_for_ever_that_it_was_asked_does_not_hold_the_other() {
     let mut scene = Scene::new();

@@ -326,3 +326,34 @@ fn a_question_that_was_given_up_is_not_carried_out_later() {
     assert!(hall.status().areas[0].closed && !ticket.give_up());
     assert!(matches!(answer.try_recv(), Ok(Answer::Done(_))));
 }
+
+/// Each time that the disk stalls, reports of both have waited, those of the second process first.
+#[test]
+fn no_second_process_takes_the_place_of_one_that_is_heard_while_the_disk_stalls() {
+    let mut hall = Hall::new();
+    hall.robots[0].1.wanted = vec!["gate".to_owned()];
+    hall.run(3_000_000_000);
+    assert!(hall.robots[0].0.holds("gate"));
+    hall.robots[0].1.stands_in = vec!["gate".to_owned()];
+    hall.run(1_000_000_000);
+    let elsewhere = Situation {
+        located: true,
+        ..Situation::default()
+    };
+    let second = Client::new("amr-1", "hall", 8);
+    hall.robots.insert(0, (second, elsewhere));
+    for stall in 0..6 {
+        let (_, answer) = hall.ask(match stall % 2 {
+            0 => close("yard"),
+            _ => Question::Open {
+                area: "yard".to_owned(),
+            },
+        });
+        hall.disk.stalls.store(true, Ordering::Relaxed);
+        hall.turn();
+        assert!(matches!(answer.try_recv(), Ok(Answer::Done(_))));
+        assert!(!hall.robots[0].0.is_registered(), "stall {stall}");
+    }
+    let first = &hall.robots[1].0;
+    assert!(first.is_registered() && first.holds("gate"));
+}

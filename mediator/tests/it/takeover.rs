@@ -998,6 +998,13 @@ fn a_robot_that_knows_another_floor_is_refused_with_what_differs_until_it_knows_
     assert!(!robots[0].0.is_registered() && !robots[0].0.holds(AREA));
     let alarms: Vec<Alarm> = manager.alarms().collect();
     assert!(matches!(&alarms[..], [Alarm::Floor { .. }]), "{alarms:?}");
+    let why = |manager: &Manager, id| manager.why(id, NOW_NS).expect("a robot");
+    let told = why(&manager, "amr-1");
+    assert!(
+        told.starts_with("amr-1 reports, and is refused: ") && told.contains(named),
+        "{told}"
+    );
+    assert_eq!(why(&manager, "amr-2"), "amr-2 was never heard of");
     // Somebody gives it the right file: as another process it is welcome.
     let client = Client::new("amr-1", "hall", 8).on(floor(3.0));
     let mut robots = [(client, wants)];

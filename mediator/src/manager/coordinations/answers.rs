@@ -45,6 +45,16 @@ impl Coordinations {
         self.look_again_at(robot);
     }
 
+    /// Nobody could be asked, or answer, for so long.
+    pub(crate) fn put_off(&mut self, by_ns: u64) {
+        for (_, since_ns) in self.answers.iter_mut().filter_map(|own| own.asked.as_mut()) {
+            *since_ns = since_ns.saturating_add(by_ns);
+        }
+        for instance in self.instances_mut() {
+            instance.progress_ns = instance.progress_ns.saturating_add(by_ns);
+        }
+    }
+
     /// Ends coordinations that a robot has not answered for too long.
     pub(super) fn listen(&mut self, around: &mut Surroundings<'_>) {
         let mut asked = vec![None; self.answers.len()];

@@ -147,6 +147,10 @@ impl Coordinations {
         self.running.iter().map(|own| &own.instance)
     }
 
+    pub(super) fn instances_mut(&mut self) -> impl Iterator<Item = &mut Instance> {
+        self.running.iter_mut().map(|own| &mut own.instance)
+    }
+
     /// The last ones that are over, for people.
     pub(crate) fn over(&self) -> impl Iterator<Item = &CoordinationStatus> {
         self.over.iter()

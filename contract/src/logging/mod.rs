@@ -1,9 +1,14 @@
 //! Lines of a program's log go to standard error, on a thread of their own: a terminal that was stopped, a full pipe or disk holds up
-//! nobody else. What cannot be written is dropped and counted.
+//! nobody else. What cannot be written is dropped and counted. Of libraries there are few lines in a minute, unless somebody asks for what
+//! is logged.
+
+mod libraries;
 
 use std::io::IsTerminal;
 
+use libraries::Libraries;
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
+use tracing_subscriber::Layer;
 use tracing_subscriber::fmt::layer;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
@@ -34,12 +39,14 @@ impl Logging {
             .thread_name("log")
             .finish(std::io::stderr());
         let unwritten = writer.error_counter();
+        let bound = asked.is_none().then(|| Libraries::new(writer.clone()));
         let lines = layer()
             .with_writer(writer)
             .with_ansi(std::io::stderr().is_terminal())
             .with_target(false)
             // A closed pipe must stop nobody.
-            .log_internal_errors(false);
+            .log_internal_errors(false)
+            .with_filter(bound);
         let used = match &asked {
             Some(Ok(asked)) => asked.clone(),
             Some(Err(_)) | None => by_default.clone(),
