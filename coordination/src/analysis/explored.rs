@@ -296,14 +296,24 @@ impl<'a> Explored<'a> {
     }
 
     /// The steps that led to a state when it was first found.
-    pub(super) fn trace(&self, mut state: u32) -> Trace {
-        let mut steps = Vec::new();
+    pub(super) fn trace(&self, state: u32) -> Trace {
+        self.trace_within(state, usize::MAX).unwrap_or_default()
+    }
+
+    /// As [`trace`](Self::trace), if it is no longer than that.
+    pub(super) fn trace_within(&self, mut state: u32, most: usize) -> Option<Trace> {
+        let mut moves = Vec::new();
         while let (parent, Some(step)) = self.parents[state as usize] {
-            steps.push(self.closed.name(step));
+            if moves.len() == most {
+                return None;
+            }
+            moves.push(step);
             state = parent;
         }
-        steps.reverse();
-        Trace { steps }
+        let steps = moves.into_iter().rev().map(|step| self.closed.name(step));
+        Some(Trace {
+            steps: steps.collect(),
+        })
     }
 }
 

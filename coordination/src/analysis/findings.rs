@@ -1,19 +1,19 @@
 //! What both searches find out about a net as such.
 
 use super::explored::Explored;
-use super::graph::Backwards;
-use super::never::Found;
 use super::refusal::Trace;
+use super::usage::Limits;
 
 /// How often a transition can fire (Murata 1989, Section IV.C).
-#[derive(Clone, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub enum Liveness {
     /// Never (L0).
     Dead,
-    /// At least once (L1); but after these steps, never again. They lead to a nearest deadlock if there is
-    /// one, else to a nearest state from which the transition cannot fire any more.
-    Dies(Trace),
+    /// At least once (L1); but after some steps, never again:
+    /// [`Properties::dies_after`](super::Properties::dies_after).
+    Dies,
     /// From every state, after some further steps (L4).
     Live,
 }
@@ -31,19 +31,53 @@ pub(super) struct Findings {
     pub(super) deadlock: Option<Trace>,
     /// By transition.
     pub(super) liveness: Vec<Liveness>,
+    pub(super) deaths: Deaths,
     /// By target.
     pub(super) reached: Vec<Option<Trace>>,
 }
 
+/// The ways to where transitions die without a deadlock. Each is kept once, and all together have no more steps
+/// than a limit: every transition of a long net can die somewhere else.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+pub(super) struct Deaths {
+    ways: Vec<Trace>,
+    /// By transition, as far as there is a way to name; the number of its way.
+    of: Vec<Option<u32>>,
+}
+
+impl Deaths {
+    /// The way after which a transition never fires again.
+    pub(super) fn way(&self, transition: usize) -> Option<&Trace> {
+        let way = (*self.of.get(transition)?)?;
+        self.ways.get(way as usize)
+    }
+
+    /// Names the way of a transition; its number, to name it for others too.
+    pub(super) fn add(&mut self, transition: usize, way: Trace) -> u32 {
+        let number = self.ways.len() as u32;
+        self.ways.push(way);
+        self.add_known(transition, number);
+        number
+    }
+
+    /// Names a way that was added before.
+    pub(super) fn add_known(&mut self, transition: usize, way: u32) {
+        if self.of.len() <= transition {
+            self.of.resize(transition + 1, None);
+        }
+        self.of[transition] = Some(way);
+    }
+}
+
 impl Explored<'_> {
-    pub(super) fn findings(&self, targets: &[Target]) -> Findings {
+    pub(super) fn findings(&self, targets: &[Target], limits: &Limits) -> Findings {
         let layout = self.closed.layout;
         let mut goes_on = vec![false; self.store.len()];
         for &(from, _) in &self.edges {
             goes_on[from as usize] = true;
         }
         let stops = self.numbers().find(|&state| !goes_on[state as usize]);
-        let deadlock = stops.map(|state| self.trace(state));
         let reached = targets.iter().map(|target| {
             let mut states = self.numbers();
             let state = states.find(|&state| {
@@ -52,41 +86,14 @@ impl Explored<'_> {
             });
             state.map(|state| self.trace(state))
         });
+        let (liveness, deaths) = self.liveness(stops.is_some(), limits);
         Findings {
             states: self.store.len() as u128,
             steps: self.edges.len() as u128,
             reached: reached.collect(),
-            liveness: self.liveness(deadlock.as_ref()),
-            deadlock,
+            liveness,
+            deaths,
+            deadlock: stops.map(|state| self.trace(state)),
         }
-    }
-
-    fn liveness(&self, deadlock: Option<&Trace>) -> Vec<Liveness> {
-        let of_fired = |live: &dyn Fn(u32) -> Liveness| -> Vec<Liveness> {
-            let fired = self.fired().iter().zip(0..);
-            fired
-                .map(|(&fired, transition)| match fired {
-                    true => live(transition),
-                    false => Liveness::Dead,
-                })
-                .collect()
-        };
-        if let Some(deadlock) = deadlock {
-            return of_fired(&|_| Liveness::Dies(deadlock.clone()));
-        }
-        let graph = Backwards::new(self.store.len(), &self.edges);
-        // If it can go back to the beginning from everywhere, what fires once can fire again.
-        if graph.can_reach(std::iter::once(0)).iter().all(|&can| can) {
-            return of_fired(&|_| Liveness::Live);
-        }
-        of_fired(&|transition| {
-            let is_enabled = |&state: &u32| {
-                let state = self.store.get(state);
-                self.closed.is_enabled(state, transition) == Ok(true)
-            };
-            let can = graph.can_reach(self.numbers().filter(is_enabled));
-            let lost = self.numbers().find(|&state| !can[state as usize]);
-            lost.map_or(Liveness::Live, |state| Liveness::Dies(self.trace(state)))
-        })
     }
 }

@@ -85,6 +85,7 @@
 
 mod check;
 mod closed;
+mod components;
 mod explored;
 mod findings;
 pub(crate) mod flags;
@@ -92,6 +93,7 @@ mod graph;
 mod invariants;
 #[cfg(feature = "symbolic")]
 mod kept;
+mod liveness;
 mod never;
 mod proof;
 mod properties;

@@ -10,7 +10,7 @@
 use super::check::with_what_is_known;
 use super::closed::Closed;
 use super::explored::{Explored, Fault};
-use super::findings::{Findings, Liveness, Target};
+use super::findings::{Deaths, Findings, Liveness, Target};
 use super::invariants::prove;
 use super::refusal::{Reason, Refusal, Trace};
 use super::report::ByInvariants;
@@ -59,6 +59,7 @@ pub struct Properties {
     pub reached: Vec<Option<Trace>>,
     /// What was proved before any state was looked at.
     pub by_invariants: ByInvariants,
+    deaths: Deaths,
 }
 
 impl Properties {
@@ -74,6 +75,19 @@ impl Properties {
     pub fn is_quasi_live(&self) -> bool {
         let mut all = self.transitions.iter();
         all.all(|(_, liveness)| *liveness != Liveness::Dead)
+    }
+
+    /// The way to where a transition, by its number in [`transitions`](Self::transitions), dies: to a nearest
+    /// deadlock if there is one, else to a nearest state from which it cannot fire any more. None if
+    /// it does not die; or if looking at the states for those before it has used up [`Limits::looks`], or their ways
+    /// have used up [`Limits::steps`].
+    #[must_use]
+    pub fn dies_after(&self, transition: usize) -> Option<&Trace> {
+        match (self.transitions.get(transition)?.1, &self.deadlock) {
+            (Liveness::Dies, Some(deadlock)) => Some(deadlock),
+            (Liveness::Dies, None) => self.deaths.way(transition),
+            _ => None,
+        }
     }
 }
 
@@ -92,10 +106,11 @@ impl Properties {
 /// let asked = [Marking::new(&["blown"], &[]), Marking::new(&["on", "off"], &[])];
 /// let found = properties(&fuse, &[], &Limits::default(), &asked)?;
 /// assert_eq!(found.states, 3);
-/// let deadlock = found.deadlock.expect("a fuse blows");
+/// let deadlock = found.deadlock.as_ref().expect("a fuse blows");
 /// assert_eq!(deadlock.to_string(), "blow");
-/// assert_eq!(found.transitions[0].1, Liveness::Dies(deadlock.clone()));
-/// assert_eq!(found.reached, [Some(deadlock), None]);
+/// assert_eq!(found.transitions[0], ("switch off".to_owned(), Liveness::Dies));
+/// assert_eq!(found.dies_after(0), Some(deadlock));
+/// assert_eq!(found.reached, [Some(deadlock.clone()), None]);
 /// # Ok::<(), coordination::analysis::Refusal>(())
 /// ```
 ///
@@ -135,6 +150,7 @@ pub fn properties(
         transitions: names.into_iter().zip(found.liveness).collect(),
         reached: found.reached,
         by_invariants,
+        deaths: found.deaths,
     })
 }
 
@@ -156,7 +172,7 @@ fn target(closed: &Closed<'_>, marking: &Marking) -> Result<Target, Box<Reason>>
 /// One state after another; if there are too many for that, all at once, where that is built in.
 fn find(closed: Closed<'_>, limits: &Limits, targets: &[Target]) -> Result<Findings, Fault> {
     match Explored::listed(closed, limits) {
-        Ok(explored) => Ok(explored.findings(targets)),
+        Ok(explored) => Ok(explored.findings(targets, limits)),
         #[cfg(feature = "symbolic")]
         Err((closed, (reason, None)))
             if matches!(*reason, Reason::TooLarge { .. }) && limits.nodes > 0 =>

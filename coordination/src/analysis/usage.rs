@@ -73,7 +73,8 @@ pub struct Situation<'a> {
 pub struct Limits {
     /// States. Each takes some tens of bytes.
     pub states: usize,
-    /// Steps from one state to another, over all states. Each takes eight bytes.
+    /// Steps from one state to another, over all states. Each takes eight bytes. And as many steps, which take some
+    /// tens of bytes, of the ways that [`properties`](super::properties()) names to where transitions die.
     pub steps: usize,
     /// Transitions, sinks and protocols looked at, over all states: what bounds the time.
     pub looks: u64,

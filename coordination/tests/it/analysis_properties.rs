@@ -64,12 +64,15 @@ fn a_transition_may_fire_and_die_without_a_deadlock() {
     net.transition("cool", &["hot"], &["warm"]);
     net.transition("break", &["never", "hot"], &["cold", "never"]);
     let found = properties(&net, &[], &Limits::default(), &[]).unwrap();
-    let liveness: Vec<String> = { found.transitions.iter() }
-        .map(|(name, liveness)| match liveness {
-            Liveness::Dead => format!("{name} is dead"),
-            Liveness::Dies(trace) => format!("{name} dies after {trace}"),
-            Liveness::Live => format!("{name} lives"),
-        })
+    let liveness: Vec<String> = { found.transitions.iter().enumerate() }
+        .map(
+            |(number, (name, liveness))| match (liveness, found.dies_after(number)) {
+                (Liveness::Dead, None) => format!("{name} is dead"),
+                (Liveness::Dies, Some(trace)) => format!("{name} dies after {trace}"),
+                (Liveness::Live, None) => format!("{name} lives"),
+                other => panic!("{name}: {other:?}"),
+            },
+        )
         .collect();
     let expected = [
         "start dies after start",
@@ -79,4 +82,69 @@ fn a_transition_may_fire_and_die_without_a_deadlock() {
     ];
     assert_eq!(liveness, expected);
     assert!(!found.is_live() && !found.is_quasi_live());
+}
+
+/// A way of so many places in a row, and at its end a circle, or nothing.
+fn one_way(long: usize, goes_on: bool) -> NetModel {
+    let mut net = NetModel::new("one way");
+    let place = |number: usize| format!("p{number}");
+    net.place(place(0)).mark(&place(0));
+    for number in 1..=long {
+        net.place(place(number));
+        net.transition(
+            format!("t{number}"),
+            &[&place(number - 1)],
+            &[&place(number)],
+        );
+    }
+    if goes_on {
+        net.place("off");
+        net.transition("to off", &[&place(long)], &["off"]);
+        net.transition("from off", &["off"], &[&place(long)]);
+    }
+    net
+}
+
+/// A copy for each would take gigabytes.
+#[test]
+fn thousands_of_transitions_that_die_in_one_deadlock_share_the_way_there() {
+    let net = one_way(5_000, false);
+    let found = properties(&net, &[], &Limits::default(), &[]).unwrap();
+    let deadlock = found.deadlock.as_ref().unwrap();
+    assert_eq!(deadlock.steps.len(), 5_000);
+    for number in 0..5_000 {
+        let way = found.dies_after(number).unwrap();
+        assert!(std::ptr::eq(way, deadlock));
+    }
+    assert_eq!(found.dies_after(5_000), None);
+}
+
+#[test]
+fn ways_to_where_transitions_die_are_named_within_the_limits() {
+    let net = one_way(500, true);
+    let found = properties(&net, &[], &Limits::default(), &[]).unwrap();
+    for number in 0..500 {
+        assert_eq!(found.transitions[number].1, Liveness::Dies);
+        let way = found.dies_after(number).unwrap();
+        assert_eq!(way.steps.len(), number + 1);
+    }
+    assert_eq!(found.transitions[500].1, Liveness::Live);
+    let named = |limits: &Limits| {
+        let less = properties(&net, &[], limits, &[]).unwrap();
+        assert_eq!(less.transitions, found.transitions, "all are judged");
+        let named = (0..500).filter(|&number| less.dies_after(number).is_some());
+        named.count()
+    };
+    let few_steps = Limits {
+        steps: 600,
+        ..Limits::default()
+    };
+    // 1 + 2 + … + 34 = 595.
+    assert_eq!(named(&few_steps), 34);
+    // As much as 64 of them take together, and not as 128.
+    let few_looks = Limits {
+        looks: 502 * 67 + 502,
+        ..Limits::default()
+    };
+    assert_eq!(named(&few_looks), 64);
 }

@@ -96,10 +96,14 @@ fn told(found: Result<Properties, Refusal>) -> String {
     let mut liveness = found
         .transitions
         .iter()
-        .map(|(name, liveness)| match liveness {
+        .zip(0..)
+        .map(|((name, liveness), number)| match liveness {
             Liveness::Dead => format!("{name} is dead"),
-            Liveness::Dies(trace) => format!("{name} dies after {}", trace.steps.len()),
             Liveness::Live => format!("{name} lives"),
+            _ => {
+                let way = found.dies_after(number).unwrap();
+                format!("{name} dies after {}", way.steps.len())
+            }
         });
     let steps = |trace: &Option<_>| {
         let trace: Option<&coordination::analysis::Trace> = trace.as_ref();

@@ -214,11 +214,11 @@ fn a_plain_explorer_says_the_same_of_small_ones() {
                 assert_eq!(lengths(&found), far, "{size}");
                 let deadlock = found.deadlock.as_ref().map(|trace| trace.steps.len());
                 assert_eq!(deadlock, plain.deadlock());
-                for (transition, liveness) in &found.transitions {
+                for (number, (transition, liveness)) in found.transitions.iter().enumerate() {
                     let dies = match liveness {
                         Liveness::Live => None,
-                        Liveness::Dies(trace) => Some(trace.steps.len()),
-                        Liveness::Dead => panic!("{transition} fires"),
+                        Liveness::Dies => found.dies_after(number).map(|way| way.steps.len()),
+                        other => panic!("{transition} fires, and is {other:?}"),
                     };
                     // A deadlock is named for all, though one may die before.
                     let expected = deadlock.or(plain.dies(transition));

@@ -2,7 +2,7 @@
 
 use super::super::closed::{Closed, Move};
 use super::super::explored::Fault;
-use super::super::findings::{Findings, Liveness, Target};
+use super::super::findings::{Deaths, Findings, Liveness, Target};
 use super::super::refusal::Trace;
 use super::super::usage::Limits;
 use super::deep::{Looked, deep, in_spaces};
@@ -17,11 +17,11 @@ pub(in crate::analysis) fn list(
     targets: &[Target],
 ) -> Result<Findings, Fault> {
     deep(limits, || {
-        in_spaces(closed, limits, |space| find(space, targets))
+        in_spaces(closed, limits, |space| find(space, targets, limits))
     })
 }
 
-fn find(space: &Space<'_>, targets: &[Target]) -> Grown<Looked<Findings>> {
+fn find(space: &Space<'_>, targets: &[Target], limits: &Limits) -> Grown<Looked<Findings>> {
     let all = space.reach(&space.initial()?)?;
     let mut ways = Ways::new(all.clone(), space)?;
     let trapped = space.trapped(&all)?;
@@ -62,15 +62,26 @@ fn find(space: &Space<'_>, targets: &[Target]) -> Grown<Looked<Findings>> {
         home == all
     };
     let mut liveness = Vec::with_capacity(fires.len());
-    for applies in fires {
+    let (mut deaths, mut room) = (Deaths::default(), limits.steps);
+    for (transition, applies) in fires.into_iter().enumerate() {
         liveness.push(match (applies, &deadlock) {
             (None, _) => Liveness::Dead,
-            (Some(_), Some(deadlock)) => Liveness::Dies(deadlock.clone()),
+            (Some(_), Some(_)) => Liveness::Dies,
             // If it can go back to the beginning from everywhere, what fires once can fire again.
             (Some(_), None) if returns => Liveness::Live,
             (Some(applies), None) => {
                 let can = space.can_reach(&all, &applies, |_| true)?;
-                nearest(all.minus(&can)?)?.map_or(Liveness::Live, Liveness::Dies)
+                let lost = all.minus(&can)?;
+                if lost.is_empty() {
+                    Liveness::Live
+                } else {
+                    let way = if room > 0 { nearest(lost)? } else { None };
+                    if let Some(way) = way.filter(|way| way.steps.len() <= room) {
+                        room -= way.steps.len();
+                        deaths.add(transition, way);
+                    }
+                    Liveness::Dies
+                }
             }
         });
     }
@@ -79,6 +90,7 @@ fn find(space: &Space<'_>, targets: &[Target]) -> Grown<Looked<Findings>> {
         steps,
         deadlock,
         liveness,
+        deaths,
         reached,
     }))
 }
