@@ -52,7 +52,7 @@ fn run(
         let fails = |(reason, trace): Fault| refuse(model.name(), name, reason, trace);
         let closed = Closed::new(model, uses, limits);
         let mut closed = closed.map_err(|reason| fails((reason, None)))?;
-        let by_invariants = prove(model, &mut closed);
+        let by_invariants = prove(model, &mut closed, limits);
         let reading = (closed.layout, closed.counters().to_vec());
         let mut report = Report {
             net: model.name().to_owned(),

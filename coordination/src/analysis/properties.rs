@@ -132,7 +132,7 @@ pub fn properties(
     };
     let closed = Closed::of_any(model, uses, limits);
     let mut closed = closed.map_err(|reason| fails((reason, None)))?;
-    let by_invariants = prove(model, &mut closed);
+    let by_invariants = prove(model, &mut closed, limits);
     let targets: Result<Vec<_>, _> = { markings.iter() }
         .map(|marking| target(&closed, marking))
         .collect();

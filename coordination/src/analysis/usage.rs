@@ -76,7 +76,8 @@ pub struct Limits {
     /// Steps from one state to another, over all states. Each takes eight bytes. And as many steps, which take some
     /// tens of bytes, of the ways that [`properties`](super::properties()) names to where transitions die.
     pub steps: usize,
-    /// Transitions, sinks and protocols looked at, over all states: what bounds the time.
+    /// Transitions, sinks and protocols looked at, over all states: what bounds the time. And as many numbers in the search
+    /// for [place invariants](super::place_invariants()), which ends there with what it has found.
     pub looks: u64,
     /// With the feature `symbolic`: nodes of decision diagrams, in which a net is looked at that has more
     /// states or steps than these limits allow. Each takes some tens of bytes; 2²⁸ at most (2²⁴ where addresses have 32 bits).

@@ -148,3 +148,28 @@ fn ways_to_where_transitions_die_are_named_within_the_limits() {
     };
     assert_eq!(named(&few_looks), 64);
 }
+
+/// To find all invariants of this net would take hours: each way through its layers is one.
+#[test]
+fn a_search_for_invariants_ends() {
+    let mut net = NetModel::new("layers");
+    let place = |layer: usize, number: usize| format!("p{layer}/{number}");
+    let all = |layer| (0..60).map(move |number| place(layer, number));
+    for layer in 0..40 {
+        for place in all(layer) {
+            net.place(place);
+        }
+    }
+    net.place("alone").mark("alone");
+    for layer in 0..40 {
+        let (from, to): (Vec<_>, Vec<_>) = (all(layer).collect(), all((layer + 1) % 40).collect());
+        for part in 0..30 {
+            let [from, to] = [&from, &to].map(|of| [&*of[part], &*of[59 - part]]);
+            net.transition(format!("t{layer}/{part}"), &from, &to);
+        }
+    }
+    net.transition("stays", &["alone"], &["alone"]);
+    let invariants = place_invariants(&net);
+    assert!(!invariants.is_complete);
+    assert!(invariants.is_safe("alone"));
+}

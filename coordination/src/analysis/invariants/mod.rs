@@ -9,7 +9,8 @@
 //! Invariants are those of internal places. Sources and sinks are filled and emptied from outside.
 //! The method is Farkas' as Martínez and Silva use it (1982; Colom and Silva 1991): all semiflows of minimal
 //! support, of which there may be exponentially many. Where combining a transition's places would cost too
-//! much, those that it touches are left out; what is found is right in any case.
+//! much, those that it touches are left out; and after [`Limits::looks`] numbers it ends. What is found is right
+//! in any case.
 //!
 //! ```
 //! use coordination::analysis::place_invariants;
@@ -27,17 +28,19 @@
 //! assert!(invariants.excludes(&["free", "inside"]));
 //! ```
 
+mod numbered;
 mod semiflows;
+mod work;
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 use std::fmt;
 
 use super::closed::Closed;
 use super::report::ByInvariants;
-use crate::petri::{NetModel, PlaceKind};
-
-/// Nets of more places are looked at state by state at once: to find their invariants can take as long.
-const MOST_PLACES: usize = 4_096;
+use super::usage::Limits;
+use crate::petri::NetModel;
+use numbered::Numbered;
+use work::Work;
 
 /// A weighted sum of tokens that no firing changes.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -113,38 +116,22 @@ impl PlaceInvariants {
 }
 
 /// The place invariants of a net. Takes what is declared as it stands; arcs from and to places that are not
-/// declared do not count. Not for real-time threads.
+/// declared do not count. Looks at no more numbers than the default of [`Limits::looks`]; what was found until
+/// then is right, but not complete. Not for real-time threads.
 #[must_use]
 pub fn place_invariants(model: &NetModel) -> PlaceInvariants {
-    let (mut names, mut marked) = (Vec::new(), Vec::new());
-    for place in model
-        .places()
-        .filter(|place| place.kind == PlaceKind::Internal)
-    {
-        names.push(place.name);
-        marked.push(place.marked);
-    }
-    let numbers: HashMap<&str, u32> = names.iter().copied().zip(0..).collect();
-    let changes = model.transitions().map(|transition| {
-        let mut changes: HashMap<u32, i64> = HashMap::new();
-        let number = |place: &&str| numbers.get(place).copied();
-        for place in transition.inputs.iter().filter_map(number) {
-            *changes.entry(place).or_default() -= 1;
-        }
-        for place in transition.outputs.iter().filter_map(number) {
-            *changes.entry(place).or_default() += 1;
-        }
-        changes.into_iter().collect()
-    });
-    let (semiflows, is_complete) = semiflows::semiflows(names.len(), changes.collect());
-    let found = semiflows.into_iter().map(|weights| PlaceInvariant {
-        tokens: { weights.iter() }
-            .filter(|&&(place, _)| marked[place as usize])
-            .map(|&(_, weight)| u64::from(weight))
-            .sum(),
+    let mut work = Work::new(Limits::default().looks);
+    let Numbered {
+        names,
+        found,
+        is_complete,
+        ..
+    } = Numbered::of(model, &mut work);
+    let found = found.into_iter().map(|(weights, tokens)| PlaceInvariant {
         places: { weights.iter() }
             .map(|&(place, weight)| (names[place as usize].to_owned(), weight))
             .collect(),
+        tokens,
     });
     PlaceInvariants {
         found: found.collect(),
@@ -153,30 +140,20 @@ pub fn place_invariants(model: &NetModel) -> PlaceInvariants {
 }
 
 /// What invariants prove of a net, which its exploration need not look at any more.
-pub(super) fn prove(model: &NetModel, closed: &mut Closed<'_>) -> ByInvariants {
-    let internal = || {
-        model
-            .places()
-            .filter(|place| place.kind == PlaceKind::Internal)
-    };
-    if internal().count() > MOST_PLACES {
-        return ByInvariants::default();
-    }
-    let invariants = place_invariants(model);
-    let safe: HashSet<&str> = { internal() }
-        .map(|place| place.name)
-        .filter(|place| invariants.is_safe(place))
-        .collect();
-    let exclusions: Vec<String> = { model.exclusions() }
-        .filter(|exclusion| invariants.excludes(&exclusion.places))
-        .map(|exclusion| exclusion.name.to_owned())
-        .collect();
+pub(super) fn prove(model: &NetModel, closed: &mut Closed<'_>, limits: &Limits) -> ByInvariants {
+    let mut work = Work::new(limits.looks);
+    let invariants = Numbered::of(model, &mut work);
+    let bounds = invariants.bounds();
+    let exclusions = model.exclusions().map(|set| (set.name, set.places));
+    let exclusions = invariants.excluded(exclusions, &bounds, &mut work);
+    let held: HashSet<&str> = exclusions.iter().map(String::as_str).collect();
+    let bound = |place: &str| invariants.numbers.get(place).map(|&n| bounds[n as usize]);
     closed.know(
-        |place| safe.contains(place),
-        |exclusion| exclusions.iter().any(|proved| proved == exclusion),
+        |place| bound(place).is_some_and(|most| most <= 1),
+        |exclusion| held.contains(exclusion),
     );
     ByInvariants {
-        is_safe: internal().all(|place| safe.contains(place.name)),
+        is_safe: bounds.iter().all(|&most| most <= 1),
         exclusions,
     }
 }

@@ -1,5 +1,7 @@
 //! The non-negative solutions of minimal support of `weights · changes = 0`.
 
+use super::work::{MADE, Work};
+
 /// Numbers by index, in order, without zeros.
 type Sparse = Vec<(u32, i64)>;
 
@@ -17,11 +19,19 @@ struct Row {
     weights: Sparse,
 }
 
-/// The semiflows of minimal support, each as its places with their weights, and whether these are all.
-/// `changes` are, by transition, what firing it does to places.
+impl Row {
+    /// How many numbers it has.
+    fn len(&self) -> usize {
+        self.changes.len() + self.weights.len()
+    }
+}
+
+/// The semiflows of minimal support, each as its places with their weights, as far as there is work left; and whether
+/// these are all. `changes` are, by transition, what firing it does to places.
 pub(super) fn semiflows(
     places: usize,
     changes: Vec<Vec<(u32, i64)>>,
+    work: &mut Work,
 ) -> (Vec<Vec<(u32, u32)>>, bool) {
     let mut rows: Vec<Row> = { 0..places as u32 }
         .map(|place| Row {
@@ -37,10 +47,16 @@ pub(super) fn semiflows(
         left.push(transition);
     }
     let mut is_complete = true;
-    while let Some(at) = cheapest(&rows, &left) {
-        is_complete &= eliminate(&mut rows, left.swap_remove(at), places.max(MOST_ROWS));
+    while !left.is_empty() {
+        let Some(at) = cheapest(&rows, &left, work) else {
+            is_complete = false;
+            break;
+        };
+        is_complete &= eliminate(&mut rows, left.swap_remove(at), places.max(MOST_ROWS), work);
     }
+    // Those that no transition changes, though not all were looked at.
     let mut found: Vec<Vec<(u32, u32)>> = { rows.into_iter() }
+        .filter(|row| row.changes.is_empty())
         .filter_map(|row| {
             let weights = row.weights.into_iter();
             let small = weights.map(|(place, weight)| Some((place, u32::try_from(weight).ok()?)));
@@ -51,9 +67,13 @@ pub(super) fn semiflows(
     (found, is_complete)
 }
 
-/// Of the transitions `left`, one that makes few new rows; none if no transition is left.
-fn cheapest(rows: &[Row], left: &[u32]) -> Option<usize> {
+/// Of the transitions `left`, one that makes few new rows; none if no transition or no work is left.
+fn cheapest(rows: &[Row], left: &[u32], work: &mut Work) -> Option<usize> {
     let most = left.iter().max()?;
+    let looked: usize = rows.iter().map(|row| 1 + row.changes.len()).sum();
+    if !work.take(looked + *most as usize) {
+        return None;
+    }
     let mut signs = vec![(0_usize, 0_usize); *most as usize + 1];
     for &(transition, change) in rows.iter().flat_map(|row| &row.changes) {
         let (more, less) = &mut signs[transition as usize];
@@ -67,8 +87,8 @@ fn cheapest(rows: &[Row], left: &[u32]) -> Option<usize> {
 }
 
 /// Combines rows so that the transition changes none of them; false if some had to be left out, as there
-/// would be more than `most`.
-fn eliminate(rows: &mut Vec<Row>, transition: u32, most: usize) -> bool {
+/// would be more than `most`, or no work is left.
+fn eliminate(rows: &mut Vec<Row>, transition: u32, most: usize, work: &mut Work) -> bool {
     let change = |row: &Row| {
         let found = row.changes.binary_search_by_key(&transition, |&(t, _)| t);
         found.map_or(0, |at| row.changes[at].1)
@@ -86,6 +106,10 @@ fn eliminate(rows: &mut Vec<Row>, transition: u32, most: usize) -> bool {
     let mut new: Vec<Row> = Vec::with_capacity(combined);
     for one in &more {
         for other in &less {
+            if !work.take(MADE * (one.len() + other.len())) {
+                *rows = kept;
+                return false;
+            }
             match sum(one, -change(other), other, change(one)) {
                 Some(row) => new.push(row),
                 None => is_complete = false,
@@ -95,10 +119,19 @@ fn eliminate(rows: &mut Vec<Row>, transition: u32, most: usize) -> bool {
     // Those with few places first: they are in others, not others in them.
     new.sort_by_key(|row| row.weights.len());
     for row in new {
-        if !kept
-            .iter()
-            .any(|other| is_within(&other.weights, &row.weights))
-        {
+        let mut has_work = true;
+        let is_known = kept.iter().any(|other| {
+            let (inner, outer) = (&other.weights, &row.weights);
+            // A longer one is not within, which is seen at once.
+            let looked = 1 + outer.len() * usize::from(inner.len() <= outer.len());
+            has_work &= work.take(looked);
+            !has_work || is_within(inner, outer)
+        });
+        if !has_work {
+            is_complete = false;
+            break;
+        }
+        if !is_known {
             kept.push(row);
         }
     }
@@ -166,7 +199,7 @@ mod tests {
 
     fn of(places: usize, changes: &[&[(u32, i64)]]) -> Vec<Vec<(u32, u32)>> {
         let changes = changes.iter().map(|changes| changes.to_vec()).collect();
-        let (found, is_complete) = semiflows(places, changes);
+        let (found, is_complete) = semiflows(places, changes, &mut Work::new(u64::MAX));
         assert!(is_complete);
         found
     }
@@ -210,7 +243,8 @@ mod tests {
                 .map(|((place, _), change)| (place, change))
                 .collect(),
         ];
-        let (found, is_complete) = semiflows(2 * many as usize + 2, changes);
+        let mut work = Work::new(u64::MAX);
+        let (found, is_complete) = semiflows(2 * many as usize + 2, changes, &mut work);
         assert!(!is_complete);
         assert_eq!(
             found,
@@ -228,10 +262,16 @@ mod tests {
             changes in proptest::collection::vec(
                 proptest::collection::vec(-1..=1_i64, 5), 0..6,
             ),
+            work in 0..2_000_u64,
         ) {
             let sparse = |row: &Vec<i64>| (0..).zip(row.iter().copied()).collect();
-            let (found, is_complete) = semiflows(5, changes.iter().map(sparse).collect());
+            let sparse: Vec<_> = changes.iter().map(sparse).collect();
+            let (found, is_complete) = semiflows(5, sparse.clone(), &mut Work::new(u64::MAX));
             prop_assert!(is_complete);
+            // With less work fewer are found, and no others.
+            let (some, is_complete) = semiflows(5, sparse, &mut Work::new(work));
+            prop_assert!(some.iter().all(|one| found.contains(one)));
+            prop_assert!(!is_complete || some == found);
             let dot = |weights: &[i64; 5], row: &Vec<i64>| -> i64 {
                 weights.iter().zip(row).map(|(weight, change)| weight * change).sum()
             };
