@@ -68,6 +68,7 @@ pub mod binding;
 pub mod event;
 pub mod flag;
 pub mod fsm;
+mod listed;
 pub mod petri;
 #[cfg(feature = "pnml")]
 pub mod pnml;

@@ -1,6 +1,7 @@
 //! What the sources and sinks of a net hang on: events, flags of protocols, aborts.
 
 use super::refusal::Reason;
+use crate::listed::listed;
 use crate::petri::{Binding, Place, PlaceKind};
 use crate::protocol::{ABORTED, FlagId, Party, Protocol};
 
@@ -52,11 +53,10 @@ pub(crate) fn resolve(
     let user = || place.name.to_owned();
     let mut numbered = protocols.iter().zip(0..);
     let Some((own, number)) = numbered.find(|(own, _)| own.name == name) else {
-        let known: Vec<&str> = protocols.iter().map(|own| own.name).collect();
         return Err(Box::new(Reason::UnknownProtocol {
             place: user(),
             protocol: name.clone(),
-            known: known.join(", "),
+            known: listed(protocols.iter().map(|own| own.name)),
         }));
     };
     let protocol = own.protocol;
@@ -71,12 +71,11 @@ pub(crate) fn resolve(
         None => None,
     };
     let Some(owner) = owner else {
-        let known: Vec<&str> = protocol.flags().map(|(_, name, _)| name).collect();
         return Err(Box::new(Reason::UnknownFlag {
             place: user(),
             protocol: name.clone(),
             flag: flag.clone(),
-            known: known.join(", "),
+            known: listed(protocol.flags().map(|(_, name, _)| name)),
         }));
     };
     if owner != expected || (id.is_none() && place.kind == PlaceKind::Sink) {

@@ -12,9 +12,11 @@ use thiserror::Error;
 
 use super::machine::{Cell, Machine, NO_COLUMN, NO_STATE};
 use crate::event::{EventId, EventTable, TooManyEvents};
+use crate::listed::listed;
 
 /// What is wrong with a [`MachineModel`].
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum ModelError {
     /// The model has no state at all.
@@ -156,8 +158,9 @@ impl MachineModel {
     pub fn check(&self) -> Vec<ModelError> {
         let mut errors = Vec::new();
         self.check_names(&mut errors);
-        self.check_initial(&mut errors);
-        self.check_transitions(&mut errors);
+        let known: BTreeSet<&str> = self.states.iter().map(String::as_str).collect();
+        self.check_initial(&known, &mut errors);
+        self.check_transitions(&known, &mut errors);
         if errors.is_empty() {
             self.check_reachable(&mut errors);
         }
@@ -283,7 +286,7 @@ impl MachineModel {
         }
     }
 
-    fn check_initial(&self, errors: &mut Vec<ModelError>) {
+    fn check_initial(&self, known: &BTreeSet<&str>, errors: &mut Vec<ModelError>) {
         match self.initial.split_first() {
             None => errors.push(ModelError::NoInitialState {
                 machine: self.name.clone(),
@@ -296,17 +299,17 @@ impl MachineModel {
                         second: second.clone(),
                     });
                 }
-                self.check_known(first, "the initial state", errors);
+                self.check_known(known, first, &|| "the initial state".to_owned(), errors);
             }
         }
     }
 
-    fn check_transitions(&self, errors: &mut Vec<ModelError>) {
+    fn check_transitions(&self, known: &BTreeSet<&str>, errors: &mut Vec<ModelError>) {
         let mut targets: BTreeMap<(&str, &str), &str> = BTreeMap::new();
         for arc in &self.arcs {
-            let place = format!("the transition from `{}` on `{}`", arc.from, arc.on);
-            self.check_known(&arc.from, &place, errors);
-            self.check_known(&arc.to, &place, errors);
+            let place = || format!("the transition from `{}` on `{}`", arc.from, arc.on);
+            self.check_known(known, &arc.from, &place, errors);
+            self.check_known(known, &arc.to, &place, errors);
             if let Some(first) = targets.insert((&arc.from, &arc.on), &arc.to) {
                 errors.push(ModelError::TwoTransitions {
                     machine: self.name.clone(),
@@ -319,13 +322,19 @@ impl MachineModel {
         }
     }
 
-    fn check_known(&self, state: &str, place: &str, errors: &mut Vec<ModelError>) {
-        if !self.states.iter().any(|known| known == state) {
+    fn check_known(
+        &self,
+        known: &BTreeSet<&str>,
+        state: &str,
+        place: &dyn Fn() -> String,
+        errors: &mut Vec<ModelError>,
+    ) {
+        if !known.contains(state) {
             errors.push(ModelError::UnknownState {
                 machine: self.name.clone(),
-                place: place.to_owned(),
+                place: place(),
                 state: state.to_owned(),
-                known: self.states.join(", "),
+                known: listed(self.states.iter().map(String::as_str)),
             });
         }
     }

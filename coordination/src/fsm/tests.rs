@@ -234,3 +234,25 @@ proptest! {
         prop_assert_eq!(machine.ignored(), ignored);
     }
 }
+
+/// A copy of all names for each would be 2 GB.
+#[test]
+fn many_unknown_states_are_told_with_some_that_are_known() {
+    let mut model = MachineModel::new("m");
+    let names: Vec<String> = (0..10_000)
+        .map(|number| format!("state {number}"))
+        .collect();
+    for name in &names {
+        model.state(name);
+        model.transition(name, "go", "nowhere", &[]);
+    }
+    model.initial("state 0");
+    let errors = model.check();
+    assert_eq!(errors.len(), 10_000);
+    for error in errors {
+        let ModelError::UnknownState { known, .. } = error else {
+            panic!("{error}");
+        };
+        assert!(known.ends_with("state 11 and 9988 more"), "{known}");
+    }
+}

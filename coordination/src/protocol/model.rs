@@ -2,7 +2,7 @@
 
 use alloc::borrow::ToOwned;
 use alloc::boxed::Box;
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -10,6 +10,7 @@ use alloc::vec::Vec;
 use super::error::{ModelError, Problem};
 use super::graph::{Array, Graph};
 use super::tree::{ABORTED, Flag, FlagId, Party, Protocol};
+use crate::listed::listed;
 
 #[derive(Clone, Debug)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
@@ -161,11 +162,10 @@ impl ProtocolModel {
         let mut find = |name: &str, place: &dyn Fn() -> String| {
             let found = numbers.get(name).copied();
             if found.is_none() {
-                let names: Vec<_> = self.arrays.iter().map(|a| a.name.as_str()).collect();
                 problems.push(Problem::UnknownArray {
                     place: place(),
                     found: name.to_owned(),
-                    known: names.join(", "),
+                    known: listed(self.arrays.iter().map(|array| array.name.as_str())),
                 });
             }
             found
@@ -176,11 +176,12 @@ impl ProtocolModel {
                 .starts
                 .extend(found.filter(|start| !graph.starts.contains(start)));
         }
+        let mut seen = BTreeSet::new();
         for (array, next) in &self.follows {
             let from = find(array, &|| format!("what `{next}` follows"));
             let to = find(next, &|| format!("what follows `{array}`"));
             if let (Some(from), Some(to)) = (from, to)
-                && !graph.arrays[from].next.contains(&to)
+                && seen.insert((from, to))
             {
                 graph.arrays[from].next.push(to);
             }

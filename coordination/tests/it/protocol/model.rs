@@ -1,6 +1,6 @@
 //! Models: what they mean, and what is refused.
 
-use coordination::protocol::{Party, Position, Protocol, ProtocolModel};
+use coordination::protocol::{Party, Position, Problem, Protocol, ProtocolModel};
 use proptest::prelude::*;
 
 use super::common::{any_protocol, crossing, crossing_model, flag};
@@ -296,5 +296,23 @@ proptest! {
         }
         let ends = protocol.positions().filter(|&position| protocol.is_end(position));
         prop_assert_eq!(ends.count(), protocol.paths());
+    }
+}
+
+#[test]
+fn many_unknown_arrays_are_told_with_some_that_are_known() {
+    let mut model = ProtocolModel::new("p", "a", "b");
+    for number in 0..4_000 {
+        let name = format!("array {number}");
+        model.array(&name, &[(&format!("flag {number}"), "a")]);
+        model.follow(&name, "nowhere");
+    }
+    let errors = model.check();
+    assert_eq!(errors.len(), 4_000);
+    for error in errors {
+        let Problem::UnknownArray { known, .. } = *error.problem else {
+            panic!("{error}");
+        };
+        assert!(known.ends_with("array 11 and 3988 more"), "{known}");
     }
 }
