@@ -56,18 +56,23 @@ impl Structure {
         (0..self.place_count()).map(PlaceId::from_index)
     }
 
-    /// The input places of a transition, in the order of declaration.
+    /// The input places of a transition, in the order of declaration; none for an id of another net.
     #[must_use]
     pub fn inputs(&self, transition: TransitionId) -> &[PlaceId] {
-        let first = 2 * transition.index();
-        &self.places[self.starts[first] as usize..self.starts[first + 1] as usize]
+        self.list(2 * transition.index())
     }
 
-    /// The output places of a transition, in the order of declaration.
+    /// The output places of a transition, in the order of declaration; none for an id of another net.
     #[must_use]
     pub fn outputs(&self, transition: TransitionId) -> &[PlaceId] {
-        let first = 2 * transition.index() + 1;
-        &self.places[self.starts[first] as usize..self.starts[first + 1] as usize]
+        self.list(2 * transition.index() + 1)
+    }
+
+    fn list(&self, number: usize) -> &[PlaceId] {
+        match self.starts.get(number..number + 2) {
+            Some(&[from, to]) => &self.places[from as usize..to as usize],
+            _ => &[],
+        }
     }
 
     /// The arcs of all transitions, in order.
@@ -98,14 +103,42 @@ impl Structure {
     }
 
     /// Who marks and empties a place.
+    ///
+    /// # Panics
+    /// For an id of another net that has more places.
     #[must_use]
     pub fn kind(&self, place: PlaceId) -> PlaceKind {
         self.kinds[place.index()]
     }
 
-    /// Whether a place is marked initially.
+    /// Whether a place is marked initially; not for an id of another net.
     #[must_use]
     pub fn marked(&self, place: PlaceId) -> bool {
-        self.marked[place.index()]
+        self.marked.get(place.index()).is_some_and(|&marked| marked)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::event::EventTable;
+    use crate::petri::NetModel;
+
+    #[test]
+    fn an_id_of_a_larger_net_has_nothing() {
+        let mut net = NetModel::new("light");
+        net.place("red").mark("red").place("green");
+        net.transition("go", &["red"], &["green"]);
+        net.transition("halt", &["green"], &["red"]);
+        let net = net.compile(&mut EventTable::new()).unwrap();
+        let structure = net.structure();
+        assert_eq!(structure.inputs(TransitionId(1)), [PlaceId(1)]);
+        assert_eq!(structure.outputs(TransitionId(1)), [PlaceId(0)]);
+        assert!(structure.marked(PlaceId(0)));
+        for foreign in [2, 3, u16::MAX] {
+            assert_eq!(structure.inputs(TransitionId(foreign)), []);
+            assert_eq!(structure.outputs(TransitionId(foreign)), []);
+            assert!(!structure.marked(PlaceId(foreign)));
+        }
     }
 }
