@@ -30,6 +30,14 @@ pub(super) struct Flags {
     pub(super) returned: Option<FlagId>,
 }
 
+impl Flags {
+    /// Whether a flag means something in the pattern, so that it is no step of the use.
+    pub(super) fn contains(&self, flag: FlagId) -> bool {
+        [self.request, self.granted, self.release].contains(&flag)
+            || [self.refused, self.released, self.returned].contains(&Some(flag))
+    }
+}
+
 /// A protocol by which a resource is acquired and released; see [the module](super). Clones share the protocol.
 #[derive(Clone, Debug)]
 pub struct Resource {

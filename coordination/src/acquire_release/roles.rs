@@ -7,6 +7,7 @@ use crate::protocol::{AbortError, Change, FlagId, Position, SetError, Side};
 
 /// The side is the other party's, or one of another protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum WrongSide {
     /// It runs another protocol.
     #[error("the side runs another protocol than the resource")]
@@ -23,6 +24,7 @@ pub struct NotDeclared(pub &'static str);
 
 /// Why a role could not do what it was told. Nothing changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum RoleError {
     /// The protocol cannot say that.
     #[error(transparent)]
@@ -30,6 +32,9 @@ pub enum RoleError {
     /// It cannot be said now.
     #[error(transparent)]
     Set(#[from] SetError),
+    /// The flag asks for the resource, releases it, or answers that.
+    #[error("expected a flag of the use, found flag number {}, which has another meaning", .0.0)]
+    NotOfUse(FlagId),
 }
 
 /// What both roles have.
@@ -63,8 +68,17 @@ impl<'a, S: Side> Role<'a, S> {
 
     /// Whether `flag` may be set now.
     fn may(&self, flag: Option<FlagId>) -> bool {
-        let next = |flag| self.resource.protocol().after(self.side.read_to(), flag);
-        flag.and_then(next).is_some() && self.side.peek().is_none()
+        let protocol = self.resource.protocol();
+        let next = |flag| protocol.after(self.side.read_to(), flag);
+        let is_own = |&flag: &FlagId| protocol.owner(flag) == Some(self.side.party());
+        flag.filter(is_own).and_then(next).is_some() && self.side.peek().is_none()
+    }
+
+    fn step(&mut self, flag: FlagId) -> Result<(), RoleError> {
+        if self.resource.flags.contains(flag) {
+            return Err(RoleError::NotOfUse(flag));
+        }
+        Ok(self.side.set(flag)?)
     }
 
     fn set(&mut self, flag: Option<FlagId>, says: &'static str) -> Result<(), RoleError> {
@@ -112,15 +126,15 @@ impl<'a, S: Side> User<'a, S> {
     /// Whether a flag of the use may be set now.
     #[must_use]
     pub fn may_step(&self, flag: FlagId) -> bool {
-        self.phase() == Phase::Held && self.0.may(Some(flag))
+        !self.0.resource.flags.contains(flag) && self.0.may(Some(flag))
     }
 
     /// Sets a flag of the use.
     ///
     /// # Errors
-    /// If it is the owner's flag or not next.
+    /// If it is no flag of the use, the owner's, or not next.
     pub fn step(&mut self, flag: FlagId) -> Result<(), RoleError> {
-        self.0.set(Some(flag), "use")
+        self.0.step(flag)
     }
 
     /// Whether the resource can be released now: its steps of use are done.
@@ -206,9 +220,9 @@ impl<'a, S: Side> Owner<'a, S> {
     /// Sets a flag of the use.
     ///
     /// # Errors
-    /// If it is the user's flag or not next.
+    /// If it is no flag of the use, the user's, or not next.
     pub fn step(&mut self, flag: FlagId) -> Result<(), RoleError> {
-        self.0.set(Some(flag), "use")
+        self.0.step(flag)
     }
 
     /// Whether a release can be confirmed now.

@@ -41,6 +41,7 @@ fn a_resource_is_asked_for_used_and_released() {
     user.step(flag("taken")).unwrap();
     assert!(!user.may_give_back(), "it is in use");
     owner.read(|_| {});
+    assert!(!user.may_step(flag("checked")), "it is the owner's");
     owner.step(flag("checked")).unwrap();
     user.read(|_| {});
     assert!(user.may_release());
@@ -56,6 +57,35 @@ fn a_resource_is_asked_for_used_and_released() {
         "reading the last flag empties the array"
     );
     assert!(user.may_request());
+}
+
+#[test]
+fn a_step_of_the_use_is_nothing_else() {
+    let mut model = AcquireRelease::new("room", "robot", "door");
+    model.acquire("ask", "granted").refuse("refused");
+    model.release("left").confirm("seen").give_back("unused");
+    let resource = model.compile().unwrap();
+    let flag = |name| resource.protocol().flag(name).unwrap();
+    let mut ends = channel(resource.protocol());
+    let (mut user, mut owner) = roles(&resource, &mut ends);
+    let refused = |name| Err(RoleError::NotOfUse(flag(name)));
+    assert!(!user.may_step(flag("ask")));
+    assert_eq!(user.step(flag("ask")), refused("ask"));
+    user.request().unwrap();
+    owner.read(|_| {});
+    for name in ["granted", "refused"] {
+        assert_eq!(owner.step(flag(name)), refused(name));
+    }
+    owner.grant().unwrap();
+    user.read(|_| {});
+    for name in ["left", "unused"] {
+        assert!(!user.may_step(flag(name)));
+        assert_eq!(user.step(flag(name)), refused(name));
+    }
+    user.release().unwrap();
+    owner.read(|_| {});
+    assert_eq!(owner.step(flag("seen")), refused("seen"));
+    assert_eq!(owner.phase(), Phase::Releasing);
 }
 
 #[test]
