@@ -6,6 +6,7 @@ use crate::analysis::Reason;
 
 /// Why a net does not fit the protocols given.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum BindError {
     /// A place hangs on what the sides given do not have.

@@ -25,6 +25,7 @@
 mod error;
 mod net;
 mod proved;
+mod sides;
 mod wiring;
 
 pub use error::BindError;

@@ -1,5 +1,7 @@
 //! A net and one protocol side per robot.
 
+use std::sync::Arc;
+
 use super::error::BindError;
 use super::proved::{Standing, check_proof};
 use super::wiring::{MAX_HELD, Outgoing, Port, Wiring};
@@ -10,6 +12,7 @@ use crate::protocol::{AbortError, Change, FlagId, SetError, Side};
 
 /// What one call of [`NetBinding::step`] did.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[non_exhaustive]
 pub struct Progress {
     /// How many flags of the other parties were read.
     pub read: u32,
@@ -28,9 +31,11 @@ pub struct Progress {
 #[derive(Clone, Debug)]
 pub struct NetBinding<S> {
     executor: Executor,
-    sides: Box<[S]>,
-    wiring: Wiring,
+    pub(super) sides: Box<[S]>,
+    pub(super) wiring: Wiring,
     refused: u64,
+    /// Somebody has had the sides in their hands, and nobody has looked at them since.
+    pub(super) lent: bool,
 }
 
 impl<S: Side> NetBinding<S> {
@@ -49,9 +54,7 @@ impl<S: Side> NetBinding<S> {
         net: &Net,
         sides: impl IntoIterator<Item = (N, S)>,
     ) -> Result<Self, Vec<BindError>> {
-        let binding = Self::bind(net, sides)?;
-        check_proof(proof, &binding.executor, &binding.wiring, &binding.sides)?;
-        Ok(binding)
+        Self::bind(net, sides)?.proved(proof)
     }
 
     /// As [`new`](Self::new), where a net of the past has stood: `standing` and the sides are from its
@@ -67,8 +70,7 @@ impl<S: Side> NetBinding<S> {
     ) -> Result<Self, Vec<BindError>> {
         let mut binding = Self::bind(net, sides)?;
         standing.restore(&mut binding.executor)?;
-        check_proof(proof, &binding.executor, &binding.wiring, &binding.sides)?;
-        Ok(binding)
+        binding.proved(proof)
     }
 
     /// As [`new`](Self::new), of a net of which nothing is known: for tests of what such a net does. Only this crate's
@@ -84,6 +86,16 @@ impl<S: Side> NetBinding<S> {
         Self::bind(net, sides)
     }
 
+    fn proved(mut self, proof: &Proof) -> Result<Self, Vec<BindError>> {
+        check_proof(proof, &self.executor, &self.wiring, &self.sides)?;
+        for port in &mut self.wiring.ports {
+            if let Some(used) = { proof.uses().iter() }.find(|used| *used.name == *port.name) {
+                port.protocol = Arc::clone(&used.protocol);
+            }
+        }
+        Ok(self)
+    }
+
     fn bind<N: Into<Box<str>>>(
         net: &Net,
         sides: impl IntoIterator<Item = (N, S)>,
@@ -97,12 +109,14 @@ impl<S: Side> NetBinding<S> {
             sides: sides.into(),
             wiring,
             refused: 0,
+            lent: false,
         })
     }
 
     /// Reads what the other parties did, evaluates the net within `budget`, and sets the flags of
     /// full sinks. Events of sinks that are not flags go to `send`, which returns whether it takes
-    /// them; otherwise the sink stays full. Real time if `send` and the sides are.
+    /// them; otherwise the sink stays full. Does nothing while [`misfits`](Self::misfits) tells of a side. Real time if
+    /// `send` and the sides are.
     pub fn step(&mut self, budget: Budget, send: impl FnMut(EventId) -> bool) -> Progress {
         self.run(send, |executor| executor.evaluate(budget))
     }
@@ -123,6 +137,21 @@ impl<S: Side> NetBinding<S> {
         mut send: impl FnMut(EventId) -> bool,
         evaluate: impl FnOnce(&mut Executor) -> Evaluation,
     ) -> Progress {
+        if self.lent {
+            let is_misfit = self.misfits().next().is_some();
+            self.lent = is_misfit;
+        }
+        if self.lent {
+            return Progress {
+                read: 0,
+                evaluation: Evaluation {
+                    fired: 0,
+                    remaining: false,
+                },
+                set: 0,
+                remaining: false,
+            };
+        }
         let read = (0..self.sides.len()).map(|number| self.read(number)).sum();
         let evaluation = evaluate(&mut self.executor);
         let mut newly = self.drain(&mut send);
@@ -191,28 +220,6 @@ impl<S: Side> NetBinding<S> {
         })
     }
 
-    /// This party's sides, in the order given.
-    #[must_use]
-    pub fn sides(&self) -> &[S] {
-        &self.sides
-    }
-
-    /// As [`sides`](Self::sides), to merge levels into them. Flags are set by the net.
-    pub fn sides_mut(&mut self) -> &mut [S] {
-        &mut self.sides
-    }
-
-    /// This party's side of the protocol called `name`. Searches.
-    #[must_use]
-    pub fn side(&self, name: &str) -> Option<&S> {
-        self.number(name).map(|number| &self.sides[number])
-    }
-
-    /// As [`side`](Self::side), to merge levels into it. Flags are set by the net.
-    pub fn side_mut(&mut self, name: &str) -> Option<&mut S> {
-        self.number(name).map(|number| &mut self.sides[number])
-    }
-
     /// How many flags of the protocol called `name` were read and wait for full sources.
     #[must_use]
     pub fn held(&self, name: &str) -> u32 {
@@ -256,13 +263,19 @@ impl<S: Side> NetBinding<S> {
     /// further run number stays where it is.
     ///
     /// # Errors
-    /// If this party is not the keeper of all protocols, and then nothing changes; or if no run number
-    /// is left.
+    /// If this party is not the keeper of all protocols, or a side is of another protocol or party than the one that
+    /// the net was bound to, and then nothing changes; or if no run number is left.
     pub fn abort(&mut self) -> Result<(), AbortError> {
+        let mut all = self.wiring.ports.iter().zip(&self.sides);
+        if self.lent && !all.all(|(port, side)| port.is_of(side)) {
+            return Err(AbortError::OtherSide);
+        }
         let keeps = |side: &S| side.protocol().keeper() == Some(side.party());
         if !self.sides.iter().all(keeps) {
             return Err(AbortError::NotKeeper);
         }
+        // All sides are now where the net is, wherever somebody has brought them.
+        self.lent = false;
         let mut result = Ok(());
         for (port, side) in self.wiring.ports.iter_mut().zip(&mut self.sides) {
             result = result.and(side.abort().map(|_| ()));
@@ -273,13 +286,7 @@ impl<S: Side> NetBinding<S> {
         result
     }
 
-    /// Gives the protocol sides back, with their names.
-    pub fn into_sides(self) -> impl Iterator<Item = (Box<str>, S)> {
-        let names = self.wiring.ports.into_iter().map(|port| port.name);
-        names.zip(self.sides)
-    }
-
-    fn number(&self, name: &str) -> Option<usize> {
+    pub(super) fn number(&self, name: &str) -> Option<usize> {
         let mut ports = self.wiring.ports.iter();
         ports.position(|port| *port.name == *name)
     }
@@ -303,7 +310,7 @@ impl<S: Side> NetBinding<S> {
             match self.sides[number].poll() {
                 None => return read,
                 Some(Change::Flag(flag)) => {
-                    if let Some(event) = port.incoming[flag.index()] {
+                    if let Some(event) = port.incoming.get(flag.index()).copied().flatten() {
                         let offered = self.executor.offer(event);
                         debug_assert!(offered.is_ok(), "there is room: {offered:?}");
                     }
@@ -347,6 +354,7 @@ impl<S: Side> NetBinding<S> {
             sides,
             wiring,
             refused,
+            ..
         } = self;
         let Wiring {
             ports, outgoing, ..

@@ -1,11 +1,13 @@
 //! How a net's sources and sinks hang on the flags of protocol sides.
 
+use std::sync::Arc;
+
 use super::error::BindError;
 use crate::analysis::Reason;
 use crate::analysis::flags::{NamedProtocol, Outside, check_names, resolve};
 use crate::event::EventId;
 use crate::petri::{Executor, Net, PlaceId, PlaceKind};
-use crate::protocol::{Change, FlagId, Protocol, SetError, Side};
+use crate::protocol::{Change, FlagId, Party, Position, Protocol, SetError, Side};
 
 /// The most events of one flag that wait for a source.
 pub(super) const MAX_HELD: u8 = u8::MAX;
@@ -21,6 +23,11 @@ pub(super) struct Outgoing {
 #[derive(Clone, Debug)]
 pub(super) struct Port {
     pub(super) name: Box<str>,
+    /// What its side must be one of, whoever exchanges sides.
+    pub(super) protocol: Arc<Protocol>,
+    party: Party,
+    /// Up to where the net has read and set its flags, when it last gave the side out of its hands.
+    at: Position,
     /// By flag of the other party: the event of the sources bound to it.
     pub(super) incoming: Box<[Option<EventId>]>,
     pub(super) aborted: Option<EventId>,
@@ -129,6 +136,9 @@ impl Port {
     fn new<S: Side>(name: Box<str>, side: &S) -> Self {
         Self {
             name,
+            protocol: Arc::new(side.protocol().clone()),
+            party: side.party(),
+            at: side.read_to(),
             incoming: vec![None; side.protocol().flags().count()].into(),
             aborted: None,
             abort_sources: Vec::new(),
@@ -159,6 +169,24 @@ impl Port {
             })
         };
         (abortable && !first).then(|| several().into())
+    }
+
+    /// The side goes to somebody else for a while.
+    pub(super) fn lend<S: Side>(&mut self, side: &S) {
+        self.at = side.read_to();
+    }
+
+    /// Whether a side has come back as one of the same protocol and party, that neither read nor set a flag. Takes
+    /// constant time if it shares the protocol, which one of the proof's does.
+    pub(super) fn fits<S: Side>(&self, side: &S) -> bool {
+        self.is_of(side) && side.read_to() == self.at
+    }
+
+    /// Whether a side is one of the same protocol and party.
+    pub(super) fn is_of<S: Side>(&self, side: &S) -> bool {
+        let protocol = side.protocol();
+        side.party() == self.party
+            && (core::ptr::eq(&*self.protocol, protocol) || *self.protocol == *protocol)
     }
 
     /// The sources of `flag`.

@@ -20,6 +20,7 @@ pub enum Change {
 
 /// Why a flag was not set. Nothing changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum SetError {
     /// The protocol has no such flag.
@@ -82,6 +83,7 @@ impl SetError {
 
 /// Why a run was not aborted. Nothing changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum AbortError {
     /// Only the keeper may, and this party is not it.
     #[error("only the protocol's keeper may abort a run")]
@@ -89,6 +91,9 @@ pub enum AbortError {
     /// There is no number for the run that would follow.
     #[error("no run number is left")]
     Exhausted,
+    /// A side of a [`NetBinding`](crate::binding::NetBinding) was exchanged for one that does not belong there.
+    #[error("a side is of another protocol or party than the one that the net was bound to")]
+    OtherSide,
 }
 
 /// One party's side of a protocol, whatever connects it to the other.

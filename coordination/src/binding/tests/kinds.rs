@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use super::area;
-use super::net::compile;
+use super::net::{compile, gate_model};
 use crate::analysis::{Limits, Use, check};
 use crate::binding::NetBinding;
 use crate::petri::{Binding, Budget, NetModel};
-use crate::protocol::{AbortError, AnySide, Change, Party, Position, Replica, Side, channel};
+use crate::protocol::{
+    AbortError, AnySide, Change, Party, Position, Protocol, ProtocolModel, Replica, Side, channel,
+};
 
 /// One robot on a thread of the same machine, one on another machine.
 #[test]
@@ -78,4 +80,52 @@ fn sides_of_different_kinds_are_bound_together() {
         assert_eq!(Side::abort(&mut side), Err(AbortError::NotKeeper));
         assert_eq!(Side::set(&mut side, flag("request")), Ok(()));
     }
+}
+
+/// Neither may a side be exchanged for one that the proof does not know, nor may somebody else set its flags.
+#[test]
+fn a_net_stands_still_while_a_side_does_not_fit() {
+    let protocol = area("mediator");
+    let flag = |name| protocol.flag(name).unwrap();
+    let replica = |protocol: &Arc<Protocol>, party| Replica::new(protocol, 1, party, 0);
+    let mut longer = ProtocolModel::new("area", "robot", "mediator");
+    let mut flags = vec![("request", "robot"), ("more", "robot"), ("most", "robot")];
+    flags.extend([("granted", "mediator"), ("released", "robot")]);
+    longer.keeper("mediator").array("pass", &flags);
+    let longer = Arc::new(longer.compile().unwrap());
+
+    let mut robot = replica(&protocol, Party::First);
+    let own = replica(&protocol, Party::Second);
+    let mut gate =
+        NetBinding::unproved(&compile(&gate_model()).0, [("robot", own.clone())]).unwrap();
+    robot.set(flag("request")).unwrap();
+    let mut other_robot = replica(&longer, Party::First);
+    for name in ["request", "more", "most"] {
+        other_robot.set(longer.flag(name).unwrap()).unwrap();
+    }
+    let mut other = replica(&longer, Party::Second);
+    other.merge(other_robot.level()).unwrap();
+    let mut read = own.clone();
+    read.merge(robot.level()).unwrap();
+    read.poll().unwrap();
+    let others = [other, replica(&protocol, Party::First), read];
+    for (other, stays) in others.into_iter().zip([true, true, false]) {
+        gate.sides_mut()[0] = other;
+        let progress = gate.step(Budget::default(), |_| true);
+        assert_eq!((progress.read, progress.evaluation.fired), (0, 0));
+        assert_eq!(gate.misfits().collect::<Vec<_>>(), ["robot"]);
+        if stays {
+            assert_eq!(gate.abort(), Err(AbortError::OtherSide));
+        }
+    }
+    *gate.side_mut("robot").unwrap() = own;
+    assert_eq!(gate.misfits().count(), 0);
+    gate.sides_mut()[0].merge(robot.level()).unwrap();
+    let progress = gate.step(Budget::default(), |_| true);
+    assert_eq!((progress.read, progress.set), (1, 1));
+    // An abort brings the net and all sides back to the beginning.
+    gate.sides_mut()[0].restart(7).unwrap();
+    assert_eq!(gate.misfits().collect::<Vec<_>>(), ["robot"]);
+    assert_eq!(gate.abort(), Ok(()));
+    assert_eq!(gate.misfits().count(), 0);
 }
