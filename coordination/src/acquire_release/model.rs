@@ -11,6 +11,7 @@ use crate::protocol::{ModelError, Protocol, ProtocolModel};
 
 /// What is wrong with an [`AcquireRelease`].
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum PatternError {
     /// Nothing says how the resource is acquired.
     #[error("protocol `{0}` acquires nothing: it needs the flags of a request and of its grant")]

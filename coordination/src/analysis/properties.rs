@@ -44,6 +44,7 @@ impl Marking {
 /// What is true of a net; see [`properties`].
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Properties {
     /// The net.
     pub net: String,

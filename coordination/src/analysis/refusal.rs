@@ -10,6 +10,7 @@ use crate::protocol::ABORTED;
 /// One step of a closed net, in names.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum Step {
     /// A transition fires.
@@ -87,6 +88,7 @@ impl fmt::Display for Trace {
 /// A transition that never fires.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Dead {
     /// The transition.
     pub transition: String,
@@ -251,6 +253,7 @@ pub enum Reason {
 /// A net that may not run: what is wrong, and the shortest way there.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize))]
+#[non_exhaustive]
 pub struct Refusal {
     /// The net.
     pub net: String,

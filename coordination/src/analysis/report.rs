@@ -43,6 +43,7 @@ impl fmt::Display for Warning {
 /// What follows from [place invariants](super::place_invariants()) alone, without a look at any state.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct ByInvariants {
     /// Whether it is safe: no internal place ever holds a second token.
     pub is_safe: bool,
@@ -65,6 +66,7 @@ impl fmt::Display for ByInvariants {
 /// What an analysis looked at; part of a [`Proof`](super::Proof).
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct Report {
     /// The net.
     pub net: String,

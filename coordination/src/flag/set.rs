@@ -13,6 +13,7 @@ use crate::event::{EventId, EventTable, TooManyEvents};
 
 /// What is wrong with a [`FlagsModel`].
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum FlagsError {
     /// A flag or an event has an empty name.

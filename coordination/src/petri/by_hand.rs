@@ -15,6 +15,7 @@ use crate::event::EventId;
 
 /// What keeps a transition from firing.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Error)]
+#[non_exhaustive]
 pub enum Obstacle {
     /// The net has no such transition.
     #[error("the net has no transition {}", .0.0)]

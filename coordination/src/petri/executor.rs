@@ -11,6 +11,7 @@ use crate::event::EventId;
 
 /// Why an event was refused; nothing changed but the count of refusals.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 pub enum OfferError {
     /// No source of the net is bound to the event.
     #[error("no source is bound to event {}", .0.0)]

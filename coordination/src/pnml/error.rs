@@ -75,6 +75,7 @@ pub enum ReadError {
 
 /// Why a net does not become a document.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum WriteError {
     /// The net is not sound, so that a document could say something else than the net.

@@ -18,6 +18,7 @@ pub struct ModelError {
 
 /// One thing that can be wrong with a [`ProtocolModel`](super::ProtocolModel).
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum Problem {
     /// The model has no array.

@@ -22,6 +22,7 @@ pub enum Merged {
 
 /// Why a level was refused. Nothing changed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum MergeError {
     /// It is a level of another protocol.

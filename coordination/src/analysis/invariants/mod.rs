@@ -45,6 +45,7 @@ use work::Work;
 /// A weighted sum of tokens that no firing changes.
 #[derive(Clone, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct PlaceInvariant {
     /// The places with their weights, in the model's order; all weights are positive.
     pub places: Vec<(String, u32)>,
@@ -79,6 +80,7 @@ impl fmt::Display for PlaceInvariant {
 /// The place invariants of a net.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
+#[non_exhaustive]
 pub struct PlaceInvariants {
     /// Those of minimal support that were found.
     pub found: Vec<PlaceInvariant>,

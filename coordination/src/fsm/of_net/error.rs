@@ -6,6 +6,7 @@ use thiserror::Error;
 
 /// What of a net no machine can say, or that it has too many states.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
+#[non_exhaustive]
 #[expect(missing_docs, reason = "the messages say what each field is")]
 pub enum OfNetError {
     /// A source or sink is bound to a flag, which is set once in a run of its protocol; a machine has events only.
