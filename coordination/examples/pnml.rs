@@ -4,6 +4,13 @@
 //! cargo run -p coordination --features pnml --example pnml -- coordination/tests/pnml/printer.pnml
 //! ```
 //!
+//! PNML cannot say where a net may end. Names behind the file are the places that are marked then, as the final place
+//! of a workflow; without them, a place that nothing empties is refused:
+//!
+//! ```sh
+//! cargo run -p coordination --features pnml --example pnml -- coordination/tests/pnml/workflow.pnml paid sent
+//! ```
+//!
 //! Without a file it writes a gate of its own as PNML, which other tools can open:
 //!
 //! ```sh
@@ -13,9 +20,9 @@
 use std::error::Error;
 use std::process::ExitCode;
 
-use coordination::analysis::{Limits, check};
+use coordination::analysis::{Limits, Liveness, check, properties};
 use coordination::event::EventTable;
-use coordination::petri::{Binding, Budget, NetModel, TransitionId};
+use coordination::petri::{Binding, Budget, ModelError, NetModel, TransitionId};
 use coordination::pnml::{Document, read_all};
 
 /// How many firings are shown.
@@ -32,12 +39,18 @@ fn main() -> ExitCode {
 }
 
 fn run() -> Result<(), Box<dyn Error>> {
-    let Some(file) = std::env::args_os().nth(1) else {
+    let mut arguments = std::env::args().skip(1);
+    let Some(file) = arguments.next() else {
         print!("{}", Document::new(&gate())?);
         return Ok(());
     };
+    let end: Vec<String> = arguments.collect();
+    let end: Vec<&str> = end.iter().map(String::as_str).collect();
     let text = std::fs::read_to_string(&file)?;
-    for net in read_all(&text)? {
+    for mut net in read_all(&text)? {
+        if !end.is_empty() {
+            net.end("end", &end);
+        }
         show(&net)?;
     }
     Ok(())
@@ -66,9 +79,10 @@ fn show(model: &NetModel) -> Result<(), Box<dyn Error>> {
         }
         Err(refusal) => println!("it may not run: {refusal}"),
     }
-    let net = model
-        .compile(&mut EventTable::new())
-        .map_err(|errors| errors[0].to_string())?;
+    let net = match model.compile(&mut EventTable::new()) {
+        Ok(net) => net,
+        Err(errors) => return explain(model, &errors),
+    };
     let mut executor = net.executor();
     let mut fired = [TransitionId(0); SHOWN];
     let budget = Budget {
@@ -84,6 +98,29 @@ fn show(model: &NetModel) -> Result<(), Box<dyn Error>> {
         .map(|place| net.place_name(place))
         .collect();
     println!("then marked are: {}", marked.join(", "));
+    Ok(())
+}
+
+/// Says of a net that does not compile what is true of it, and what would help.
+fn explain(model: &NetModel, errors: &[ModelError]) -> Result<(), Box<dyn Error>> {
+    let is_open = |error: &ModelError| matches!(error, ModelError::UnboundSink { .. });
+    if errors.iter().any(is_open) {
+        println!(
+            "if it may end there, name the places that are marked then, behind the file; that is not in PNML"
+        );
+    }
+    let found = properties(model, &[], &Limits::default(), &[])?;
+    println!(
+        "as it stands: {} states, {} steps",
+        found.states, found.steps
+    );
+    if let Some(deadlock) = &found.deadlock {
+        println!("it stops after: {deadlock}");
+    }
+    let dead = { found.transitions.iter() }.filter(|(_, liveness)| *liveness == Liveness::Dead);
+    for (transition, _) in dead {
+        println!("`{transition}` never fires");
+    }
     Ok(())
 }
 

@@ -12,7 +12,9 @@
 //! the same; one that is not is found by the [analysis](crate::analysis).
 //!
 //! What is read has not been [checked](crate::petri::NetModel::check): a place that nothing fills or
-//! empties is legal in PNML, but does not compile here.
+//! empties is legal in PNML, but does not compile here. The final places of a workflow are such; PNML has no word
+//! for them, so declare them an [end](crate::petri::NetModel::end) of what was read, and it compiles, and is
+//! judged by whether it reaches that. [`properties`](crate::analysis::properties()) takes such nets as they stand.
 //!
 //! [`Document`] is a net as a document. What PNML has no word for (sources and sinks with their
 //! bindings, exclusions, ends, whether the net may be endless) stands in `toolspecific` elements, which

@@ -1,8 +1,8 @@
 //! What other tools write.
 
-use coordination::analysis::{Limits, Reason, check};
+use coordination::analysis::{Limits, Reason, check, properties};
 use coordination::event::EventTable;
-use coordination::petri::{Budget, NetModel, TransitionId};
+use coordination::petri::{Budget, ModelError, NetModel, TransitionId};
 use coordination::pnml::{read, read_all};
 
 use super::document;
@@ -52,6 +52,26 @@ fn a_net_that_was_read_is_checked_and_runs() {
     assert_eq!(net.executor().evaluate_traced(budget, &mut fired).fired, 4);
     let names = fired.map(|transition| net.transition_name(transition));
     assert_eq!(names, ["a takes", "a gives", "b takes", "b gives"]);
+}
+
+/// Nothing empties the final places of a workflow, which PNML cannot declare to be an end.
+#[test]
+fn a_workflow_is_proved_once_its_end_is_declared() {
+    let mut model = read(include_str!("workflow.pnml")).unwrap();
+    let refusal = check(&model, &[], &Limits::default()).unwrap_err();
+    let Reason::Model(errors) = &*refusal.reason else {
+        panic!("{refusal}");
+    };
+    let is_open = |error: &ModelError| matches!(error, ModelError::UnboundSink { .. });
+    assert!(errors.len() == 2 && errors.iter().all(is_open), "{refusal}");
+    let found = properties(&model, &[], &Limits::default(), &[]).unwrap();
+    assert_eq!((found.states, found.steps), (5, 5));
+    assert_eq!(found.deadlock.map(|way| way.steps.len()), Some(3));
+
+    model.end("done", &["paid", "sent"]);
+    let proof = check(&model, &[], &Limits::default()).unwrap();
+    assert_eq!(proof.report().ends, ["done"]);
+    assert!(model.compile(&mut EventTable::new()).is_ok());
 }
 
 #[test]
