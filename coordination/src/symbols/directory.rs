@@ -27,7 +27,7 @@ pub struct SymbolInfo {
     pub model: String,
     /// The activity that writes it.
     pub owner: String,
-    /// The activities that looked it up at start-up, in the order in which they did first.
+    /// The activities that read it, in no particular order.
     pub readers: Vec<String>,
     /// The size of one value, without its time stamp.
     pub size_bytes: usize,
