@@ -39,11 +39,13 @@ impl State {
         Self { position, ..self }
     }
 
-    /// Run, abort mark and position from the highest bit to the lowest.
+    /// For channels: run, abort mark and position from the highest bit to the lowest.
+    #[cfg(any(test, target_has_atomic = "64"))]
     pub(super) const fn pack(self) -> u64 {
         (self.run as u64) << 32 | (self.after_abort as u64) << 16 | self.position.0 as u64
     }
 
+    #[cfg(any(test, target_has_atomic = "64"))]
     pub(super) const fn unpack(word: u64) -> Self {
         Self {
             run: (word >> 32) as u32,
