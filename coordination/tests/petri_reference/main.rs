@@ -427,3 +427,22 @@ fn a_search_in_parts_finds_what_a_search_at_once_does() {
         assert!(in_vain > 5, "only {in_vain} searches were cut short");
     }
 }
+
+/// The first cut has too little room for it, the second too much, and less of that is the first again.
+#[test]
+fn a_net_that_fits_no_cut_is_compiled_all_the_same() {
+    let recipe = Recipe {
+        seed: 3456,
+        processes: 47,
+        resources: 40,
+        wild: 1,
+        sources: 11,
+        sinks: 14,
+        self_loops: 3,
+        conflicts: 13,
+        common: 7,
+        shuffled: false,
+    };
+    let happenings = [Happening::Ones(20), Happening::Round];
+    assert!(play(&recipe, &happenings) > 0);
+}

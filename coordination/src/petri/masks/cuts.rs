@@ -41,10 +41,13 @@ impl Cuts {
         // Where processes share something, mostly one more place reaches across each cut.
         let likely = most.saturating_sub(if far == 0 { 0 } else { places / BITS });
         let mut room = likely;
+        let mut is_first = true;
         // Shorter blocks may share more places, which leaves less room for others, and so on.
         loop {
+            let is_likely = core::mem::take(&mut is_first);
             let blocks = match blocks(&ends, room) {
-                None if room == likely && likely < most => {
+                // Later, with less and less room, it can come to the likely one again.
+                None if is_likely && likely < most => {
                     room = most;
                     continue;
                 }
