@@ -149,7 +149,7 @@ fn ways_to_where_transitions_die_are_named_within_the_limits() {
     assert_eq!(named(&few_looks), 64);
 }
 
-/// To find all invariants of this net would take hours: each way through its layers is one.
+/// Each way through the layers of this net is an invariant: too many to find them all.
 #[test]
 fn a_search_for_invariants_ends() {
     let mut net = NetModel::new("layers");
