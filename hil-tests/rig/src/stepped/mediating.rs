@@ -6,7 +6,7 @@ use sim::world::Random;
 
 use super::disk::{Disk, End};
 use super::fleet::Stepped;
-use super::mediator::{HeldUp, SteppedMediator};
+use super::mediator::{Ending, HeldUp, SteppedMediator};
 use super::network::{Message, MessageKind};
 use crate::scenario::ScriptedKind;
 
@@ -16,15 +16,6 @@ const WRITES_WITHIN_NS: u64 = 1_000_000_000;
 const OPERATIONS: f64 = 12.0;
 /// Which one, and what a loss of power leaves of what was not synced.
 const END_STREAM: u64 = 0x454E_4453;
-
-/// The end of the mediator's process, once it writes.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Ending {
-    /// Its computer loses its power.
-    by_power: bool,
-    /// It comes then at the latest.
-    until_ns: u64,
-}
 
 impl Stepped<'_> {
     /// Both mediators go on, and what they say leaves.

@@ -35,6 +35,15 @@ pub(super) struct HeldUp {
     pub(super) hangs: bool,
 }
 
+/// The end of the mediator's process, once it writes.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ending {
+    /// Its computer loses its power.
+    pub(super) by_power: bool,
+    /// It comes then at the latest.
+    pub(super) until_ns: u64,
+}
+
 /// What every start of a scenario's mediator shares.
 pub(super) struct MediatorPlan {
     setup: Setup,

@@ -48,6 +48,7 @@ mod mediator;
 mod member;
 mod motors_off;
 mod network;
+mod operated;
 mod panics;
 mod plans;
 mod processes;
