@@ -133,7 +133,6 @@ fn who_enters_by_its_own_word_or_by_a_grant_that_was_lost_is_found() {
             area: "1".into(),
             level: Some(level(3)),
             fence: 3,
-            ..Default::default()
         }],
         ..RobotReport::default()
     };
