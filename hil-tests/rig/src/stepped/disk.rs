@@ -155,9 +155,8 @@ impl Disk {
 
     /// What that has left, once it has come to it.
     pub(super) fn left(&self) -> Option<Self> {
-        let mut file = self.file();
-        let left = file.cut.as_mut().and_then(|cut| cut.left.take());
-        left.map(Self::with)
+        let over = self.file().cut.take_if(|cut| cut.left.is_some());
+        over.and_then(|cut| cut.left).map(Self::with)
     }
 
     /// Whether it takes nothing from now on.

@@ -303,8 +303,8 @@ impl<'a> Stepped<'a> {
         let step = || running.into_iter().for_each(|robot| robot.step(now_ns));
         member.devices.step(now_ns, step);
         if let Some(robot) = &member.robot {
-            let exchanges = member.devices.drive().setpoints;
-            (member.motors_off).look(exchanges, robot.resets_asked(), motors_off);
+            let exchanges = motors_off.then(|| member.devices.drive().setpoints);
+            (member.motors_off).look(exchanges, robot.resets_asked());
         }
     }
 

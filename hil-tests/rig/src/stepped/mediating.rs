@@ -80,11 +80,13 @@ impl Stepped<'_> {
 
     /// Whether the mediator's process has come to its end, if it was to.
     fn has_ended(&mut self, now_ns: u64) -> bool {
-        let left = self.disk.left();
-        let late = self.ending.filter(|own| now_ns >= own.until_ns);
-        let left = left.or_else(|| Some(self.left_between(late?)));
-        let ends = self.ending.is_some() && left.is_some();
-        if let Some(disk) = left.filter(|_| ends) {
+        let Some(ending) = self.ending else {
+            return false;
+        };
+        let is_late = now_ns >= ending.until_ns;
+        let left = { self.disk.left() }.or_else(|| is_late.then(|| self.left_between(ending)));
+        let ends = left.is_some();
+        if let Some(disk) = left {
             self.kill_mediator(disk, now_ns);
         }
         ends

@@ -9,30 +9,31 @@ const SEEN_EXCHANGES: u64 = 1500;
 /// What is owed to one robot's operator.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct MotorsOff {
-    /// Exchanges of this process with the drive at the last step.
-    before: u64,
-    /// So many while the motors were off.
-    seen: u64,
+    /// How often this process had exchanged data with the drive when the motors went off, if they are.
+    from: Option<u64>,
     /// How often this process was asked for a reset.
     resets: usize,
     owes: bool,
 }
 
 impl MotorsOff {
-    /// Takes in a step of a process: how often it has exchanged data with the drive and was asked for a reset so far, and whether the motors
-    /// are off.
-    pub(super) fn look(&mut self, exchanges: u64, resets: usize, off: bool) {
-        let fresh = exchanges - std::mem::replace(&mut self.before, exchanges);
-        self.seen = if off { self.seen + fresh } else { 0 };
+    /// Takes in a step of a process: while the motors are off, how often it has exchanged data with the drive so far, and how often it was
+    /// asked for a reset.
+    pub(super) fn look(&mut self, off_at: Option<u64>, resets: usize) {
         if std::mem::replace(&mut self.resets, resets) != resets {
             self.owes = false;
         }
-        self.owes |= self.seen >= SEEN_EXCHANGES;
+        let Some(exchanges) = off_at else {
+            self.from = None;
+            return;
+        };
+        let from = *self.from.get_or_insert(exchanges);
+        self.owes |= exchanges - from >= SEEN_EXCHANGES;
     }
 
     /// The process is gone.
     pub(super) fn forget_process(&mut self) {
-        (self.seen, self.resets) = (0, 0);
+        (self.from, self.resets) = (None, 0);
     }
 
     /// For what the robot must wait, if it must.
@@ -48,20 +49,21 @@ mod tests {
     #[test]
     fn only_a_reset_ends_what_a_process_has_seen_for_long_enough() {
         let mut own = MotorsOff::default();
-        own.look(5000, 0, false);
-        own.look(5000 + SEEN_EXCHANGES - 1, 0, true);
-        own.look(6499, 0, false);
-        own.look(6500, 0, true);
+        own.look(None, 0);
+        own.look(Some(5000), 0);
+        own.look(Some(5000 + SEEN_EXCHANGES - 1), 0);
+        own.look(None, 0);
+        own.look(Some(6500), 0);
         assert_eq!(own.fault(), None, "for too short a time, twice");
-        own.look(9000, 0, true);
+        own.look(Some(9000), 0);
         own.forget_process();
-        own.look(9100, 0, false);
+        own.look(None, 0);
         assert_eq!(own.fault(), Some("motors-off"), "in the next process too");
-        own.look(9200, 1, false);
+        own.look(None, 1);
         assert_eq!(own.fault(), None);
-        own.look(9300, 1, true);
+        own.look(Some(9300), 1);
         own.forget_process();
-        own.look(9300 + SEEN_EXCHANGES - 1, 0, true);
+        own.look(Some(9300 + SEEN_EXCHANGES - 1), 0);
         assert_eq!(own.fault(), None, "each process sees for itself");
     }
 }
