@@ -18,10 +18,10 @@ pub const TICK_NS: u64 = 20_000_000;
 const REPEATS_NS: u64 = 2_000_000;
 /// A journal that the disk does not take is tried again after this time.
 const RETRY_NS: u64 = 1_000_000_000;
-/// What is written this late has left so late: nobody could answer it before.
-const HELD_UP_NS: u64 = 500_000_000;
 /// That it still does not is said again after this time.
 const SAID_NS: u64 = 30_000_000_000;
+/// What is written this late has left so late: nobody could answer it before.
+const HELD_UP_NS: u64 = 500_000_000;
 
 /// The disk does not take the journal.
 #[derive(Clone, Copy, Debug)]
@@ -89,7 +89,7 @@ impl Management {
         let mut ordered = Vec::new();
         let mut inputs: Vec<Input> = inputs.collect();
         // A disk that has stalled makes nobody silent: who is there is heard before those who would take his place.
-        inputs.sort_by_key(|input| match input {
+        inputs.sort_by_cached_key(|input| match input {
             Input::Report(report) => self.manager.precedence(report),
             Input::Question(_) => Precedence::Other,
         });
