@@ -1,6 +1,7 @@
 //! The journal in an embedded store (redb): one file, one transaction for each write, on the disk when it returns.
 
-use std::fs::Permissions;
+use std::fs::{File, Permissions};
+use std::io::ErrorKind;
 use std::os::unix::fs::{MetadataExt, PermissionsExt};
 use std::path::{Path, PathBuf};
 
@@ -18,6 +19,36 @@ const TABLE: TableDefinition<&str, &str> = TableDefinition::new("journal");
 
 /// Opens the database: the first time, or after the disk has failed.
 type Open = Box<dyn Fn() -> Result<(Database, Place), redb::Error> + Send>;
+
+/// Opens the journal of this name, or an empty one.
+fn file(path: &Path) -> Open {
+    let path = path.to_owned();
+    Box::new(move || {
+        let file = private::open_or_make(&path).map_err(std::io::Error::from)?;
+        let metadata = file.metadata()?;
+        let same = file.try_clone()?;
+        let database = Database::builder().create_file(file)?;
+        // Earlier versions made it readable. Only now it is certain that it is a journal, and no other file of this user.
+        if metadata.mode() & 0o077 != 0 {
+            same.set_permissions(Permissions::from_mode(0o600))?;
+        }
+        Ok((database, Place::of(&metadata)))
+    })
+}
+
+/// At the start, where whatever else the disk does not do may have another cause than the disk.
+fn not_opened(path: &Path, error: redb::Error) -> StoreError {
+    let is_full = matches!(
+        &error,
+        redb::Error::Io(error) if matches!(error.kind(), ErrorKind::StorageFull | ErrorKind::QuotaExceeded)
+    );
+    let (path, error) = (path.to_owned(), Box::new(error));
+    if is_full {
+        StoreError::Disk { path, error }
+    } else {
+        StoreError::Store { path, error }
+    }
+}
 
 /// The journal of one site. Only one mediator can have it open.
 pub struct Store {
@@ -42,19 +73,35 @@ impl Store {
     /// # Errors
     /// [`StoreError`] when it cannot be opened, is damaged, or is of another site.
     pub fn open(path: &Path, site: &str) -> Result<(Self, Stored), StoreError> {
-        let file_path = path.to_owned();
-        let open = move || {
-            let file = private::open_or_make(&file_path).map_err(std::io::Error::from)?;
-            let metadata = file.metadata()?;
-            let same = file.try_clone()?;
-            let database = Database::builder().create_file(file)?;
-            // Earlier versions made it readable. Only now it is certain that it is a journal, and no other file of this user.
-            if metadata.mode() & 0o077 != 0 {
-                same.set_permissions(Permissions::from_mode(0o600))?;
-            }
-            Ok((database, Place::of(&metadata)))
-        };
-        Self::begin(path, Box::new(open), site, draw)
+        let is_there = !path
+            .symlink_metadata()
+            .is_err_and(|error| error.kind() == ErrorKind::NotFound);
+        if !is_there && let Some(made) = Self::make(path, site)? {
+            return Ok(made);
+        }
+        Self::begin(path, file(path), site, draw)
+    }
+
+    /// Begins a journal, which takes its name when it is whole: what a full disk leaves of one would pass for a damaged one. Nothing
+    /// where somebody else was faster, or the file system knows no second names.
+    fn make(path: &Path, site: &str) -> Result<Option<(Self, Stored)>, StoreError> {
+        let mut other = path.as_os_str().to_owned();
+        other.push(format!(".{:016x}", draw()));
+        let other = PathBuf::from(other);
+        let made = Self::begin(path, file(&other), site, draw);
+        let is_named = made.is_ok() && std::fs::hard_link(&other, path).is_ok();
+        // Where even that fails, nobody is misled by it.
+        let _ = std::fs::remove_file(&other);
+        let (mut store, stored) = made?;
+        if !is_named {
+            return Ok(None);
+        }
+        let folder = path.parent().filter(|folder| *folder != Path::new(""));
+        File::open(folder.unwrap_or(Path::new(".")))
+            .and_then(|folder| folder.sync_all())
+            .map_err(|error| store.failed(error.into()))?;
+        store.open = file(path);
+        Ok(Some((store, stored)))
     }
 
     /// The same in memory, or on what a test makes of a disk; a new journal has this number.
@@ -79,10 +126,7 @@ impl Store {
         site: &str,
         draw: impl FnOnce() -> u64,
     ) -> Result<(Self, Stored), StoreError> {
-        let failed = |error: redb::Error| StoreError::Store {
-            path: path.to_owned(),
-            error: Box::new(error),
-        };
+        let failed = |error: redb::Error| not_opened(path, error);
         let (database, place) = open().map_err(failed)?;
         let store = Self {
             path: path.to_owned(),
@@ -177,10 +221,7 @@ impl Store {
     }
 
     fn read(&self, site: &str) -> Result<(Stored, Option<FileRecord>), StoreError> {
-        let failed = |error: redb::Error| StoreError::Store {
-            path: self.path.clone(),
-            error: Box::new(error),
-        };
+        let failed = |error: redb::Error| not_opened(&self.path, error);
         let transaction = { self.database().map_err(failed)? }
             .begin_read()
             .map_err(|error| failed(error.into()))?;

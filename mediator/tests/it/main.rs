@@ -7,6 +7,7 @@ mod cost;
 mod crossing;
 mod doors;
 mod flood;
+mod full_disk;
 mod growth;
 mod kills;
 mod lanes;

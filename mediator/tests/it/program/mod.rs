@@ -87,6 +87,8 @@ pub struct Program {
     more: Vec<String>,
     /// How many files it may have open.
     most_files: Option<u64>,
+    /// How much room the disk of its journal has, in KiB.
+    disk_kib: Option<u64>,
     /// The end of its log that nobody reads.
     unread: Option<PipeReader>,
     child: Option<Child>,
@@ -103,6 +105,7 @@ impl Program {
             listen: "tcp/127.0.0.1:0".into(),
             more: Vec::new(),
             most_files: None,
+            disk_kib: None,
             unread: None,
             child: None,
         }
@@ -122,6 +125,27 @@ impl Program {
     /// From its next start on it may have no more than so many files open.
     pub fn limit_files(&mut self, most: u64) {
         self.most_files = Some(most);
+    }
+
+    /// Its journal gets a disk of its own with so much room, which is gone with the process; says why that cannot be here.
+    pub fn limit_disk(&mut self, kib: u64) -> Result<(), String> {
+        let tried = Command::new("unshare")
+            .args(["--mount", "mount", "-t", "tmpfs", "none", "/mnt"])
+            .output()
+            .map_err(|error| format!("unshare: {error}"))?;
+        if !tried.status.success() {
+            return Err(String::from_utf8_lossy(&tried.stderr).into_owned());
+        }
+        self.disk_kib = Some(kib);
+        Ok(())
+    }
+
+    /// That disk of the running process, which only it has.
+    pub fn disk(&self) -> PathBuf {
+        let id = self.child.as_ref().map_or(0, Child::id);
+        let own = self.folder.join("disk");
+        Path::new(&format!("/proc/{id}/root"))
+            .join(own.strip_prefix("/").expect("an absolute path"))
     }
 
     /// Its site file.
@@ -164,12 +188,24 @@ impl Program {
         assert!(self.child.is_none(), "it runs already");
         let path = |name: &str| self.folder.join(name);
         let program = env!("CARGO_BIN_EXE_mediator");
-        let mut command = match self.most_files {
-            None => Command::new(program),
-            Some(most) => {
+        let mut journal = path("journal.redb");
+        let mut command = match (self.most_files, self.disk_kib) {
+            (None, None) => Command::new(program),
+            (Some(most), _) => {
                 let mut shell = Command::new("sh");
                 let script = format!("ulimit -n {most} && exec \"$0\" \"$@\"");
                 shell.args(["-c", &script, program]);
+                shell
+            }
+            (None, Some(kib)) => {
+                let disk = path("disk");
+                std::fs::create_dir_all(&disk).expect("a folder");
+                let mut shell = Command::new("unshare");
+                let mount = format!("mount -t tmpfs -o size={kib}k,mode=0700 none \"$1\"");
+                let script = format!("{mount} && shift && exec \"$0\" \"$@\"");
+                shell.args(["--mount", "sh", "-c", &script, program]);
+                shell.arg(&disk);
+                journal = disk.join("journal.redb");
                 shell
             }
         };
@@ -178,7 +214,7 @@ impl Program {
             .arg("--site")
             .arg(self.site_file())
             .arg("--journal")
-            .arg(path("journal.redb"))
+            .arg(journal)
             .arg("--runtime")
             .arg(path("run"))
             .args(["--listen", &self.listen])
