@@ -2,7 +2,7 @@
 
 use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
 
-use super::world::{AWAY, FENCES, Limits, MEDIATOR, MESSAGES, PROCESSES};
+use super::world::{AWAY, FENCES, Limits, MEDIATOR, MESSAGES, PROCESSES, SECOND};
 
 /// A rule of `contract/PROTOCOL.md`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -56,27 +56,29 @@ impl Rule {
         Self::Fence,
     ];
 
-    /// A search that finds two robots in one area without the rule.
-    pub fn limits(self) -> Limits {
-        let (faults, kinds, orders, ticks) = match self {
-            Self::Grant => (0, 0, 0, 1),
-            Self::SilenceBlocks => (1, AWAY, 0, 5),
-            Self::Awaited | Self::Adopted => (1, MEDIATOR, 0, 5),
-            Self::OneProcess => (1, PROCESSES, 0, 5),
-            Self::Fence => (1, FENCES, 0, 5),
-            Self::EntersNoMore => (1, AWAY, 1, 4),
-            Self::BeforeStart => (1, MEDIATOR, 1, 4),
-            Self::Lease | Self::EntersWithin | Self::Drift => (1, AWAY, 1, 7),
-            Self::NewProcess => (2, PROCESSES | MEDIATOR, 0, 3),
-            Self::Session | Self::Epoch => (2, MESSAGES | MEDIATOR, 0, 4),
+    /// Searches each of which finds two robots in one area without the rule.
+    pub fn searches(self) -> Vec<Limits> {
+        let searches: &[(u8, u8, u8, u8)] = match self {
+            Self::Grant => &[(0, 0, 0, 1)],
+            Self::SilenceBlocks => &[(1, AWAY, 0, 5)],
+            Self::Awaited | Self::Adopted => &[(1, MEDIATOR, 0, 5)],
+            Self::OneProcess => &[(1, PROCESSES, 0, 5), (1, SECOND, 0, 5)],
+            Self::Fence => &[(1, FENCES, 0, 5)],
+            Self::EntersNoMore => &[(1, AWAY, 1, 4)],
+            Self::BeforeStart => &[(1, MEDIATOR, 1, 4)],
+            Self::Lease | Self::EntersWithin | Self::Drift => &[(1, AWAY, 1, 7)],
+            Self::NewProcess => &[
+                (2, PROCESSES | MEDIATOR, 0, 3),
+                (2, SECOND | MEDIATOR, 0, 3),
+            ],
+            Self::Session | Self::Epoch => &[(2, MESSAGES | MEDIATOR, 0, 4)],
         };
-        Limits {
-            ticks,
-            faults,
-            kinds,
-            orders,
+        let all = searches.iter();
+        all.map(|&(faults, kinds, orders, ticks)| Limits {
             without: Some(self),
-        }
+            ..Limits::new(faults, kinds, orders, ticks)
+        })
+        .collect()
     }
 }
 

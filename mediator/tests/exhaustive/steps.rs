@@ -41,7 +41,7 @@ impl World {
             } else if number < 2 || may(SECOND) && robot.boots == 0 {
                 actions.push(Action::Start(number));
             }
-            if robot.is_cut && self.limits.kinds & AWAY == 0 {
+            if robot.is_cut && self.limits.kinds & AWAY == 0 && !self.limits.gone {
                 actions.push(Action::Mend(number));
             }
             if robot.committed.is_some() {

@@ -49,7 +49,26 @@ pub struct Limits {
     pub kinds: u8,
     /// Orders of operators.
     pub orders: u8,
+    /// The first robot is cut off for good when the search begins, just after it was granted its first area.
+    pub gone: bool,
     pub without: Option<Rule>,
+}
+
+impl Limits {
+    pub fn new(faults: u8, kinds: u8, orders: u8, ticks: u8) -> Self {
+        Self {
+            ticks,
+            faults,
+            kinds,
+            orders,
+            gone: false,
+            without: None,
+        }
+    }
+
+    pub fn gone(self) -> Self {
+        Self { gone: true, ..self }
+    }
 }
 
 #[derive(Clone, Debug)]
@@ -115,6 +134,12 @@ impl World {
             let client = robot.client.as_ref();
             assert!(robot.number == 2 || client.is_some_and(|own| own.get().is_registered()));
             robot.wants = true;
+        }
+        if limits.gone {
+            // It asks, and is answered.
+            world.talk(0, Fate::Arrive);
+            assert!(world.robots[0].may_commit(world.tick, None));
+            world.robots[0].is_cut = true;
         }
         world
     }
