@@ -5,7 +5,7 @@ use description::geometry::Rect;
 use sim::world::{Pose, Rectangle, Truth};
 
 use super::conduct::Conduct;
-use super::look::{Look, is_carried, place};
+use super::look::{Look, Robot, is_carried, place};
 use super::violations::Violations;
 use crate::scenario::{Scenario, ScriptedFault, ScriptedKind};
 use crate::shapes::touch;
@@ -15,6 +15,8 @@ use crate::violation::ViolationKind;
 const REACH_IN_M: f64 = 0.02;
 /// The listener hears a message at most this much before or after its addressee.
 const HEARING_NS: u64 = 100_000_000;
+/// From what a robot hears until it brakes.
+const OBEYS_S: f64 = 0.3;
 
 /// Watches the areas of a site.
 #[derive(Debug)]
@@ -143,7 +145,7 @@ impl Areas {
                 && truth.time_ns >= entered_ns + HEARING_NS
             {
                 presence.entered_ns = None;
-                if let Some(detail) = uncommanded(&robot.id, &area.id, entered_ns, look) {
+                if let Some(detail) = uncommanded(robot, &area.id, entered_ns, look) {
                     let kind = ViolationKind::UncommandedEntry;
                     violations.report(kind, &robot.name, entered_ns, detail);
                 }
@@ -241,10 +243,13 @@ fn without_lease(robot: &str, area: &str, look: &Look<'_>) -> Option<String> {
 }
 
 /// What is wrong with an entry at this time: the net in control of the robot has not ordered it into the area.
-fn uncommanded(robot: &str, area: &str, entered_ns: u64, look: &Look<'_>) -> Option<String> {
-    let control = look.observations.control_of(robot, entered_ns)?;
-    // The robot may have been on its way in when it gave its control away.
-    let acquired_ns = control.acquired_ns?.saturating_add(HEARING_NS);
+fn uncommanded(robot: &Robot, area: &str, entered_ns: u64, look: &Look<'_>) -> Option<String> {
+    let control = look.observations.control_of(&robot.id, entered_ns)?;
+    // When it gave its control away it may have been so near the border that it could not stop before it.
+    let speed_m_s = look.truth.twist.v_m_s.abs();
+    let braking_s = speed_m_s / robot.deceleration_m_s2;
+    let on_its_way_ns = HEARING_NS + ((OBEYS_S + braking_s / 2.0) * 1e9) as u64;
+    let acquired_ns = control.acquired_ns?.saturating_add(on_its_way_ns);
     let named = control.areas.iter().any(|named| named == area);
     (acquired_ns <= entered_ns && !named).then(|| {
         format!(

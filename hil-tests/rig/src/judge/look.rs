@@ -50,6 +50,8 @@ pub(super) struct Robot {
     pub(super) site: SiteConfig,
     pub(super) fsm: FsmConfig,
     pub(super) footprint: Footprint,
+    /// With which it stops before borders.
+    pub(super) deceleration_m_s2: f64,
     /// Of the lidar, from `base_link`.
     pub(super) lidar: Pose,
 }
@@ -64,6 +66,7 @@ impl Robot {
             site: scenario.site.clone(),
             fsm: player.fsm.clone(),
             footprint: shapes::footprint(&player.config),
+            deceleration_m_s2: player.config.navigation.deceleration_m_s2,
             lidar: Pose::new(mount.x_m, mount.y_m, mount.theta_rad),
         }
     }

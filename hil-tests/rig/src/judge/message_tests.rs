@@ -323,7 +323,7 @@ fn who_enters_what_the_net_in_control_has_not_ordered_is_found() {
     let scenario = overtaking();
     let border_m = scenario.site.area("1").expect("there").region.max.xy_m()[0];
     // Both areas are granted, so that the order alone is judged.
-    let found = |into: f64, commands: &dyn Fn(&mut Observations)| {
+    let found_at = |m_s: f64, into: f64, commands: &dyn Fn(&mut Observations)| {
         let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
         grant(&mut observations, "amr-2", "1", 3, 0);
         grant(&mut observations, "amr-2", "2", 3, 0);
@@ -331,18 +331,16 @@ fn who_enters_what_the_net_in_control_has_not_ordered_is_found() {
         let from_m = border_m - into * 0.6;
         for at_ms in (0..1500).step_by(20) {
             let over_m = if at_ms < 1000 { 0.0 } else { into * 1.2 };
-            observe(
-                &mut judge,
-                1,
-                &truth(at_ms, from_m + over_m, -0.5),
-                &observations,
-            );
+            let mut truth = truth(at_ms, from_m + over_m, -0.5);
+            truth.twist.v_m_s = m_s;
+            observe(&mut judge, 1, &truth, &observations);
         }
         kinds(&judge)
             .into_iter()
             .map(str::to_owned)
             .collect::<Vec<_>>()
     };
+    let found = |into: f64, commands: &dyn Fn(&mut Observations)| found_at(0.0, into, commands);
     let nobody = |_: &mut Observations| {};
     let taken = |observations: &mut Observations| {
         command(observations, "amr-2", 1, 1, 100);
@@ -363,6 +361,16 @@ fn who_enters_what_the_net_in_control_has_not_ordered_is_found() {
     assert_eq!(found(-1.0, &sent), [""; 0]);
     assert_eq!(found(1.0, &sent), ["uncommanded-entry"]);
     assert_eq!(found(1.0, &let_go), [""; 0]);
+    // So fast it could not stop any more 0.6 s before the border, and 0.8 s before it could.
+    let late = |at_ms: u64| {
+        move |observations: &mut Observations| {
+            command(observations, "amr-2", 1, 1, 100);
+            obeys(observations, "amr-2", 1, 2, at_ms);
+        }
+    };
+    assert_eq!(found_at(0.3, 1.0, &late(400)), [""; 0]);
+    assert_eq!(found_at(0.3, 1.0, &taken), ["uncommanded-entry"]);
+    assert_eq!(found_at(0.1, 1.0, &late(400)), ["uncommanded-entry"]);
     // It had not given its control away when it was on its way in.
     let asked = |observations: &mut Observations| command(observations, "amr-2", 1, 1, 100);
     assert_eq!(found(1.0, &asked), [""; 0]);
