@@ -137,6 +137,11 @@ impl Claims {
         claim.is_some_and(|claim| self.is_held(claim) && !claim.doubtful)
     }
 
+    pub(super) fn may_hold(&self, area: &str) -> bool {
+        let claim = self.by_area.get(area);
+        claim.is_some_and(|claim| self.is_held(claim))
+    }
+
     pub(super) fn is_entered(&self, area: &str) -> bool {
         let claim = self.by_area.get(area);
         claim.is_some_and(|claim| claim.replica.position() == self.protocol.entered_at)
@@ -191,7 +196,7 @@ impl Claims {
         for (area, claim) in &mut self.by_area {
             let stands = situation.stands_in.contains(area);
             let at = claim.replica.position();
-            // What it was granted before it restarted and does not stand in, it gives back: the mediator may have lost more. And so
+            // What it was granted before it restarted, and is surely not in, it gives back: the mediator may have lost more. And so
             // what it has by another pose, or is granted because it asked by that.
             let wants = if protocol.is_held(at) && std::mem::take(&mut claim.doubtful) {
                 situation.committed.contains(area)

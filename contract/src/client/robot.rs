@@ -294,6 +294,13 @@ impl Client {
         self.claims.holds(area)
     }
 
+    /// The same, or it was granted before the robot restarted, or was thought to be elsewhere: it may not be entered by that grant, but the
+    /// robot may be in it already.
+    #[must_use]
+    pub fn may_hold(&self, area: &str) -> bool {
+        self.claims.may_hold(area)
+    }
+
     /// Areas that the robot waits for, each with the reason that the mediator gives.
     pub fn waiting(&self) -> impl Iterator<Item = (&str, &str)> {
         self.claims.waiting()

@@ -190,9 +190,8 @@ impl Member {
         let needs = Needs {
             setup: &self.setup,
             floor: &self.floor,
-            held: { self.setup.area_indices() }
-                .filter(|&area| self.holds(area))
-                .collect(),
+            held: self.areas(Client::holds),
+            may_hold: self.areas(Client::may_hold),
             wanted: self.wanted,
         };
         let (wanted, held_back) = match &place {
@@ -262,6 +261,13 @@ impl Member {
     fn holds(&self, area: AreaIndex) -> bool {
         let area = self.setup.areas.get(area.place());
         area.is_some_and(|area| self.client.holds(&area.id))
+    }
+
+    fn areas(&self, are: impl Fn(&Client, &str) -> bool) -> AreaSet {
+        let all = self.setup.area_indices().zip(&self.setup.areas);
+        all.filter(|(_, area)| are(&self.client, &area.id))
+            .map(|(area, _)| area)
+            .collect()
     }
 
     fn ids(&self, areas: impl Iterator<Item = AreaIndex>) -> Vec<String> {

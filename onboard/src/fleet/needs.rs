@@ -24,6 +24,8 @@ pub(super) struct Needs<'a> {
     pub(super) floor: &'a Floor,
     /// Areas that it holds.
     pub(super) held: AreaSet,
+    /// The same, and those that it held before it was placed anew.
+    pub(super) may_hold: AreaSet,
     /// Areas that it wanted before.
     pub(super) wanted: AreaSet,
 }
@@ -84,7 +86,7 @@ impl Needs<'_> {
         let reach_m = self.stopping_m(speed_m_s);
         self.setup
             .area_indices()
-            .filter(|&area| self.held.contains(area))
+            .filter(|&area| self.may_hold.contains(area))
             .filter(|&area| {
                 let near = || reach_m.is_nan() || self.floor.gap_m(area, place) <= reach_m;
                 self.floor.may_be_in(area, place) || moves && near()
@@ -111,6 +113,7 @@ mod tests {
             floor: &Floor::new(&setup),
             setup: &setup,
             held,
+            may_hold: held,
             wanted: AreaSet::EMPTY,
         };
         // Its front is a few centimetres before the border to area 2.

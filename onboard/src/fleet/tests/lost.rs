@@ -70,6 +70,29 @@ fn an_area_that_it_seems_to_have_left_while_it_drives_in_is_not_given_back() {
     assert_eq!(answer, Some((1, 2)), "kept");
 }
 
+/// People say where it stands as well as they see it. Its nose is in area 2; by their word it is just before it, or well before.
+#[test]
+fn an_area_that_a_robot_may_be_in_by_the_word_of_people_is_not_given_back() {
+    for (said, keeps) in [
+        (at(5.1, -0.5, 0.0, 0.1), true),
+        (at(4.7, -0.5, 0.0, 0.1), false),
+    ] {
+        let mut scene = Scene::new(&["1", "2"]);
+        scene.be("drive-1", at(5.3, -0.5, 0.0, 0.01));
+        scene.member.lose_place();
+        scene.be("drive-1", at(5.3, -0.5, 0.0, 0.01));
+        scene.member.relocated();
+        scene
+            .member
+            .step(&sense("drive-1", said, 0.0), scene.now_ns);
+        let holds = if keeps { "1 2" } else { "1" };
+        assert_eq!(scene.holds(), holds);
+        // The walls say more.
+        scene.be("drive-1", at(5.3, -0.5, 0.0, 0.01));
+        assert_eq!((scene.holds(), scene.allowed()), ("1 2".into(), vec![0, 1]));
+    }
+}
+
 /// The mediator asks for a grant.
 fn revoked(area: &str, fence: u64) -> wire::Access {
     wire::Access {
