@@ -44,19 +44,19 @@ impl Navigator {
 
     /// Steps the machine with what was posted, then with what fired here.
     pub(super) fn coordinate(&mut self, fired: &EventList, outputs: &mut EventList) {
+        let state = self.machine.state();
         while let Some(instruction) = self.inbox.pop_front() {
             let stood = matches!(self.schedule_now().controller, Controller::Stop);
             if self.trigger(instruction, outputs) && stood {
                 self.let_return();
             }
         }
-        let state = self.machine.state();
         for &event in fired.as_slice() {
-            self.trigger(Instruction::plain(event), outputs);
             if self.machine.state() != state {
                 // What else fired belongs to the schedule that has just ended.
                 break;
             }
+            self.trigger(Instruction::plain(event), outputs);
         }
     }
 

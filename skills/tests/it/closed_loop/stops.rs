@@ -235,6 +235,35 @@ fn a_transition_onto_the_same_state_exchanges_the_parameters() {
     assert!(robot.output.unwrap().manoeuvre_done);
 }
 
+/// What has come true in a state that an instruction ends in the same step means nothing to the next one.
+#[test]
+fn an_event_of_a_state_is_not_that_of_the_one_into_which_it_was_sent() {
+    let floor = corridor()
+        .monitor("waited", MonitorKind::After { after_s: 1.0 })
+        .state("first", "1", ControllerConfig::Stop, &["waited"])
+        .state("second", "1", ControllerConfig::Stop, &[])
+        .state("third", "1", ControllerConfig::Stop, &[])
+        .go("first", "go-on", "second")
+        .go("first", "waited", "third")
+        .go("second", "waited", "third");
+    let mut before = 0;
+    for step in 0..40 {
+        let mut robot = floor.robot(1, FAR);
+        let mut steps = 0;
+        while steps < step {
+            steps += u32::from(robot.step().is_some());
+        }
+        let was = robot.state().to_owned();
+        let go_on = robot.events.id("go-on").expect("an event of the machine");
+        assert!(robot.navigator.post(go_on));
+        robot.run_for(0.5);
+        before += u32::from(was == "first");
+        let expected = if was == "first" { "second" } else { "third" };
+        assert_eq!(robot.state(), expected, "after {step} steps");
+    }
+    assert!((5..40).contains(&before), "{before}");
+}
+
 #[test]
 fn parameters_are_exchanged_and_cleared_without_an_event() {
     let mut robot = instructed().robot(1, FAR);
