@@ -88,7 +88,7 @@ section! {
     /// How the robot gets around a standing thing that its way leads into.
     #[derive(Copy)]
     pub struct DetourPolicy: Default {
-        /// Tightest curve of a detour around a stationary obstacle; 0: no detours, the robot stops before it.
+        /// Tightest curve of a detour around a stationary obstacle; 0: no detours, the robot stops before it, as it must where areas are managed.
         pub curvature_1_m @ "detour_curvature_1_m": f64 as CURVATURE => 0.0,
         /// Largest heading change of a detour from the direction in which the robot was blocked.
         pub heading_rad @ "detour_heading_rad": f64

@@ -1,7 +1,7 @@
 //! Speeds on the way to a place where the robot must have a certain speed, or stand.
 
 /// Delay from a command until the robot moves by it, plus the command period, s.
-pub(crate) const REACTION_S: f64 = 0.12;
+pub const REACTION_S: f64 = 0.12;
 /// Slowest approach: below it the wheels do not turn evenly, m/s.
 const CREEP_M_S: f64 = 0.03;
 /// Closer than this the robot does not start again, m.

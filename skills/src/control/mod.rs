@@ -24,8 +24,7 @@ mod ramp;
 mod steer;
 mod track;
 
-pub(crate) use approach::REACTION_S;
-pub use approach::{Stopping, approach_speed_m_s};
+pub use approach::{REACTION_S, Stopping, approach_speed_m_s};
 pub use creep::{CREEP_SPEED_M_S, Creep, MAX_BACKWARD_M_S};
 pub use end_of_lane::EndOfLane;
 pub use follow::{Arrival, Follower};

@@ -8,13 +8,11 @@
 use std::fmt;
 use std::time::Duration;
 
-use contract::timing::ENTERS_WITHIN_NS;
 use description::keys::{KeyError, KeyErrors};
 use description::robot::URG_04LX_HZ;
 use description::threads::{ActivityKind, ThreadConfig, Trigger};
 
 use super::contents::Plan;
-use crate::fleet::LEAVE_AGE_NS;
 
 /// A tube that is exactly long enough is.
 const ROUNDING_M: f64 = 1e-9;
@@ -167,7 +165,7 @@ impl Budget {
     }
 
     /// The longest time until the wheels brake, whatever hangs.
-    fn longest_delay(&self) -> Duration {
+    pub(super) fn longest_delay(&self) -> Duration {
         let delays = self.cases.iter().map(Lateness::delay);
         delays.max().unwrap_or_default()
     }
@@ -222,7 +220,6 @@ impl Budget {
         }
         errors.extend(too_short(plan));
         errors.extend(unseen_too_long(plan));
-        errors.extend(enters_too_late(plan));
         KeyErrors::any(errors)?;
         Ok(budget)
     }
@@ -290,42 +287,12 @@ fn too_short(plan: &Plan) -> Vec<KeyError> {
     .collect()
 }
 
-/// Where areas are managed: a robot that must not enter an area any more stands before it, or has entered, within the time that
-/// the mediator counts on, even if communication hangs.
-fn enters_too_late(plan: &Plan) -> Option<KeyError> {
-    let robot = &plan.robot;
-    let speed_m_s = robot.drive.limits.max_speed_m_s;
-    let deceleration_m_s2 = robot.navigation.deceleration_m_s2;
-    let within = Duration::from_nanos(ENTERS_WITHIN_NS);
-    let late = [
-        longest_pause(&robot.threads, ActivityKind::Communication).1,
-        Duration::from_nanos(LEAVE_AGE_NS),
-        longest_pause(&robot.threads, ActivityKind::Navigation).1,
-        Budget::of(plan).longest_delay(),
-    ];
-    let late: Duration = late.iter().sum();
-    let left_s = within.saturating_sub(late).as_secs_f64();
-    let too_late = plan.site.areas_managed && speed_m_s > deceleration_m_s2 * left_s;
-    too_late.then(|| {
-        KeyError::new(
-            "navigation.deceleration_m_s2",
-            format!("{deceleration_m_s2}"),
-            format!(
-                "at least {:.2}, so that a robot that has lost its mediator stands within {} from {speed_m_s} m/s, {} of which threads may be late",
-                (speed_m_s / left_s * 100.0).ceil() / 100.0,
-                ms(within),
-                ms(late)
-            ),
-        )
-    })
-}
-
 fn way_m(speed_m_s: f64, delay_s: f64, deceleration_m_s2: f64) -> f64 {
     speed_m_s * delay_s + speed_m_s.powi(2) / (2.0 * deceleration_m_s2)
 }
 
 /// The longest time from one evaluation of an activity to the next, with its key; none for one that no table has.
-fn longest_pause(threads: &[ThreadConfig], kind: ActivityKind) -> (String, Duration) {
+pub(super) fn longest_pause(threads: &[ThreadConfig], kind: ActivityKind) -> (String, Duration) {
     let thread = threads
         .iter()
         .find(|thread| thread.activities.contains(&kind));
@@ -341,7 +308,7 @@ fn longest_pause(threads: &[ThreadConfig], kind: ActivityKind) -> (String, Durat
 }
 
 /// In milliseconds, as people write it.
-fn ms(time: Duration) -> String {
+pub(super) fn ms(time: Duration) -> String {
     format!("{} ms", time.as_secs_f64() * 1e3)
 }
 

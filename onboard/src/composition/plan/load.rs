@@ -8,6 +8,7 @@ use skills::tubes::{TubeReport, TubeSet};
 use super::budget::Budget;
 use super::contents::Plan;
 use super::error::PlanError;
+use super::managed;
 use crate::composition::failure::Failure;
 use crate::composition::files::{Files, overrides};
 use crate::fleet::LEAVING_M;
@@ -71,6 +72,7 @@ impl Plan {
             self.dead_reckoning().err().map(PlanError::from),
             self.keep_tubes(tubes).err(),
             Budget::check(self).err().map(PlanError::from),
+            managed::check(self).err().map(PlanError::from),
         ];
         errors.into_iter().flatten().collect()
     }

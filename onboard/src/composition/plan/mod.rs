@@ -6,6 +6,7 @@ mod differences;
 mod error;
 mod fleet;
 mod load;
+mod managed;
 mod parts;
 
 pub use budget::{Budget, Lateness};

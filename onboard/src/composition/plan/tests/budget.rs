@@ -138,6 +138,28 @@ fn a_robot_that_would_enter_an_area_long_after_its_lease() {
     assert!(planned(&slow, "some.toml", SITE).is_ok());
 }
 
+/// By itself a robot may go around things, and start late: nobody has to be let out of its way.
+#[test]
+fn a_robot_that_would_leave_its_lane_or_brake_late_before_a_border() {
+    let managed = SITE.replace("\nmanaged = false\n", "\nmanaged = true\n");
+    for (set, expected) in [
+        ("drive.lag_ms=65", "at most 64 ms"),
+        ("tubes.detour_curvature_1_m=4", "0 where a mediator manages"),
+    ] {
+        let key = set.split('=').next().expect("a key");
+        let robot = robot("amr-1", &[set]);
+        let error = planned(&robot, "some.toml", &managed).expect_err("refused");
+        let found = error.problems().iter().find(|problem| problem.key == key);
+        let found = found.unwrap_or_else(|| panic!("{error:?}"));
+        assert!(found.expected.contains(expected), "{}", found.expected);
+        let alone = planned(&robot, "some.toml", SITE);
+        let alone = alone
+            .err()
+            .map_or(Vec::new(), |error| error.problems().to_vec());
+        assert!(alone.iter().all(|problem| problem.key != key), "{alone:?}");
+    }
+}
+
 #[test]
 fn timeouts_that_a_healthy_robot_runs_into() {
     for (set, key) in [
