@@ -140,6 +140,40 @@ fn a_drive_whose_sensors_stand_still_is_not_taken_for_one_with_a_motor_fault() {
     bench.finish();
 }
 
+/// Too short for a fault, and long enough to drive: the robot does not take itself for one that stood, and knows where it is.
+#[test]
+fn a_drive_whose_sensors_stand_still_for_a_moment_is_not_taken_for_one_that_stands() {
+    let mut bench = Bench::driving();
+    let stands_at = |bench: &mut Bench| {
+        bench.ask(Request::Stop);
+        bench.until_standing(3.0);
+        bench.watch(0.5);
+        let odometry = bench.kept().expect("a checkpoint").odometry;
+        (odometry.pose.position(), bench.truth().pose)
+    };
+    let (counted_from, from) = stands_at(&mut bench);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    for _ in 0..5 {
+        bench.watch(0.5);
+        bench.devices.drive_faults().freeze_sensors(true);
+        bench.watch(0.15);
+        bench.devices.drive_faults().freeze_sensors(false);
+    }
+    bench.watch(0.5);
+    let (counted_to, to) = stands_at(&mut bench);
+    assert_eq!(bench.raised(Fault::DriveStalled), 0);
+    assert_eq!(bench.raised(Fault::EncoderImplausible), 0);
+    let counted_m = counted_to.distance_m(counted_from);
+    let driven_m = (to.x_m - from.x_m).hypot(to.y_m - from.y_m);
+    assert!(driven_m > 0.5, "{driven_m} m");
+    assert!(
+        (counted_m - driven_m).abs() < 0.02,
+        "{counted_m} m of {driven_m} m"
+    );
+    bench.finish();
+}
+
 /// Each break is too short to be told from noise, and takes its part of the brakes.
 #[test]
 fn a_loose_contact_of_the_emergency_stop_is_one_that_is_pressed() {

@@ -52,6 +52,8 @@ pub struct Drive {
     pub(super) sought_ns: Option<u64>,
     /// The robot goes on from where another process has left it: only a drive that kept its power, and is there at once, may follow.
     pub(super) goes_on: bool,
+    /// Why the last exchange brought nothing.
+    pub(super) trouble: Option<ExchangeError>,
     /// A bring-up since the bus was up last has found the drive without its address: it had no power meanwhile.
     pub(super) lost_power: bool,
     pub(super) lost_since_ns: u64,
@@ -115,6 +117,7 @@ impl Drive {
             answered_ns: 0,
             sought_ns: None,
             goes_on: false,
+            trouble: None,
             lost_power: false,
             lost_since_ns: 0,
             limits,
@@ -230,7 +233,9 @@ impl Drive {
         // In the turn that brought the bus up, the turn's own time is long past.
         let now_ns = now_ns.max(self.answered_ns);
         let setpoint = self.decide(now_ns);
-        match self.exchange(now_ns, setpoint) {
+        let exchanged = self.exchange(now_ns, setpoint);
+        self.trouble = exchanged.err();
+        match exchanged {
             Ok(()) => self.accept(now_ns),
             Err(ExchangeError::NotOperational { .. } | ExchangeError::Io { .. }) => {
                 self.lose_bus(now_ns)
@@ -247,17 +252,16 @@ impl Drive {
         self.answered_ns = now_ns;
         self.lost_since_ns = 0;
         let voltage = self.settings.voltage;
-        let found = self.health.judge(&self.inputs, voltage, now_ns);
-        if let Some((fault, figure)) = found {
+        if let Some((fault, figure)) = self.health.judge(&self.inputs, voltage, now_ns) {
             self.ails |= fault != Fault::DriveStalled;
             self.latch(fault, figure);
         }
         let stamp_ns = std::mem::replace(&mut self.sensed_ns, self.inputs.sensor_stamp_ns);
-        // A sample that was seen before says nothing of the wheels.
+        // A sample that was seen before says nothing of the wheels: with a new time it would say that they stand.
         if stamp_ns != self.sensed_ns {
             self.sense(now_ns);
+            self.symbols.encoders.write(now_ns, &self.encoders);
         }
-        self.symbols.encoders.write(now_ns, &self.encoders);
     }
 
     /// Takes in a new sample of the drive's sensors.
@@ -389,8 +393,7 @@ impl RobotActivity for Drive {
         let setpoint = self.ramp.stop(now_ns, self.encoders.speeds);
         // A lost frame is tried again in the next step; the time limit ends it.
         let _ = self.exchange(now_ns, setpoint);
-        let standing = setpoint == WheelSpeeds::STANDING;
-        (standing && self.ramp.standing_for(now_ns) > 200 * MILLISECOND_NS)
+        (setpoint == WheelSpeeds::STANDING && self.ramp.standing_for(now_ns) > 200 * MILLISECOND_NS)
             || now_ns - self.panicked_ns > AFTER_PANIC_NS
             || self.bus.is_none()
     }

@@ -20,6 +20,10 @@ impl Drive {
         if let Some(bus) = self.bus.take() {
             self.counted = self.total(bus.counters());
         }
+        // What the drive itself says of it is gone once it was brought up.
+        if let Some(why) = self.trouble.take() {
+            self.log.warn(format!("the bus was lost: {why}"));
+        }
         self.count_bring_up(now_ns);
         let result = (self.open_link)().and_then(|link| {
             let settings = &self.settings;
