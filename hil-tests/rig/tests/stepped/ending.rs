@@ -90,6 +90,37 @@ fn a_robot_that_ends_before_it_had_its_drive_waits_for_an_operator_in_its_next_p
     bench.finish();
 }
 
+/// Somebody stops it while it waits for its lidar, and switches it off to plug that in.
+#[test]
+fn a_robot_that_is_stopped_before_it_has_begun_is_stopped_in_its_next_process() {
+    for switched_off in [false, true] {
+        let mut bench = Bench::standing();
+        bench.devices.unplug_lidar();
+        bench.watch(3.0);
+        let (reply, _) = bench.answer_to(Request::Stop);
+        assert_eq!(reply, Ok(Done::Stopped));
+        bench.watch(0.5);
+        if switched_off {
+            bench.lose_memory();
+        }
+        let now_ns = bench.now_ns;
+        bench.devices.plug_in_lidar(now_ns);
+        bench.begin_again();
+        bench.stands_for(10.0);
+        assert!(bench.has(Fault::PlaceUnknown) || bench.has(Fault::OperatorStop));
+        bench.put_at_its_start();
+        let place = Place {
+            at: Spot::Start,
+            state: None,
+        };
+        assert!(bench.answer_to(Request::Place(place)).0.is_ok());
+        let (reply, _) = bench.answer_to(Request::Reset);
+        assert!(matches!(reply, Ok(Done::Reset(_))), "{reply:?}");
+        bench.until_driving();
+        bench.finish();
+    }
+}
+
 /// However often it is started again: nobody has said where it stands.
 #[test]
 fn a_robot_that_does_not_know_where_it_is_does_not_know_it_in_its_next_process() {

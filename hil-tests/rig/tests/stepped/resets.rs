@@ -1,7 +1,9 @@
 //! What an operator is answered who resets the robot: not that it was told, but what still stops it.
 
-use onboard::process::ctl::{Done, Refusal, Request};
+use description::geometry::Pose2;
+use onboard::process::ctl::{Done, Place, Refusal, Request, Spot};
 use onboard::symbols::faults::Fault;
+use sim::lidar::Disturbance;
 use sim::world::Mechanics;
 
 use crate::bench::Bench;
@@ -92,6 +94,58 @@ fn other_requests_are_served_while_a_reset_waits_for_its_answer() {
     ];
     assert_eq!(bench.replies(), expected);
     bench.stands_for(1.0);
+    let (reply, _) = bench.answer_to(Request::Reset);
+    assert_eq!(reply, Ok(Done::Reset(Vec::new())));
+    bench.until_driving();
+    bench.finish();
+}
+
+/// Walls that contradict a wrong word of where it stands end to do so by themselves when the right one is said: nobody has let it go on.
+#[test]
+fn a_reset_that_was_refused_for_an_uncertain_pose_lets_nothing_go_on_once_it_is_certain() {
+    let mut bench = Bench::driving();
+    bench.ask(Request::Stop);
+    bench.until_standing(3.0);
+    let place = |off_m: f64, bench: &mut Bench| {
+        let pose = bench.truth().pose;
+        let at = Spot::Pose(Pose2::new(pose.x_m, pose.y_m + off_m, pose.theta_rad));
+        let (reply, _) = bench.answer_to(Request::Place(Place { at, state: None }));
+        assert!(matches!(reply, Ok(Done::Placed(_))), "{reply:?}");
+    };
+    place(1.0, &mut bench);
+    bench.until_raised(Fault::PoseUncertain, 5.0);
+    let (reply, _) = bench.answer_to(Request::Reset);
+    assert_eq!(reply, Err(Refusal::Remaining(vec![Fault::PoseUncertain])));
+    place(0.0, &mut bench);
+    bench.stands_for(10.0);
+    assert!(!bench.has(Fault::PoseUncertain) && bench.has(Fault::OperatorStop));
+    let (reply, _) = bench.answer_to(Request::Reset);
+    assert_eq!(reply, Ok(Done::Reset(Vec::new())));
+    bench.until_driving();
+    bench.finish();
+}
+
+/// It hears of the reset when the attempt to connect it is over, long after that was refused.
+#[test]
+fn a_reset_that_was_refused_while_the_lidar_is_connected_lets_nothing_go_on_later() {
+    let mut bench = Bench::driving();
+    let disturb = |bench: &Bench, disturbance| {
+        bench.devices.disturb_lidar(disturbance, bench.now_ns);
+    };
+    disturb(&bench, Disturbance::RepeatAgain { repeats: true });
+    bench.until_raised(Fault::LidarFrozen, 10.0);
+    disturb(&bench, Disturbance::RepeatAgain { repeats: false });
+    disturb(&bench, Disturbance::Freeze { frozen: true });
+    bench.until_standing(2.0);
+    bench.watch(2.0);
+    let (reply, _) = bench.answer_to(Request::Reset);
+    let Err(Refusal::Remaining(remaining)) = &reply else {
+        panic!("{reply:?}");
+    };
+    assert!(remaining.contains(&Fault::LidarFrozen), "{remaining:?}");
+    disturb(&bench, Disturbance::Freeze { frozen: false });
+    bench.stands_for(15.0);
+    assert!(!bench.has(Fault::LidarFrozen), "what was carried out later");
     let (reply, _) = bench.answer_to(Request::Reset);
     assert_eq!(reply, Ok(Done::Reset(Vec::new())));
     bench.until_driving();

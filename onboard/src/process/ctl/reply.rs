@@ -151,7 +151,7 @@ pub enum Refusal {
     #[error("somebody drives it by hand; wait until that ends, or run `onboard ctl pause` first")]
     ByHand,
     /// After a reset, faults that are still there or have come back.
-    #[error("the robot stays stopped by {}", sentences(.0))]
+    #[error("the robot stays stopped by {}; reset it again when that is over", sentences(.0))]
     Remaining(Vec<Fault>),
     /// The robot is neither stopped nor paused, or still moves.
     #[error("the robot drives, or may: run `onboard ctl stop` first, and wait until it stands")]

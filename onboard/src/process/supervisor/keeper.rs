@@ -39,6 +39,8 @@ pub struct Keeper {
     ended: Option<Stood>,
     /// or it has not, and this one goes on from its checkpoint.
     goes_on: bool,
+    /// It was kept that the robot waits for an operator, before anybody knew more of it.
+    waits: bool,
     /// It could not be kept the last time.
     fails: bool,
     /// When that the robot is under way was to be noted first.
@@ -55,14 +57,16 @@ impl Keeper {
             site: plan.site.value.name.clone(),
             ended: left.ended.clone(),
             goes_on: left.place.is_some(),
+            waits: false,
             fails: false,
             since_ns: None,
         };
         if left.stopped {
-            keeper.checkpoint.mode = Mode::Stopped as u64;
-            keeper.checkpoint.paused = u64::from(left.paused);
-            keeper.checkpoint.navigator.uncertain = 1;
-            keeper.save();
+            keeper.save_waiting(Known {
+                mode: Mode::Stopped as u64,
+                paused: left.paused,
+                ..Known::default()
+            });
         }
         keeper
     }
@@ -84,17 +88,37 @@ impl Keeper {
         !self.is_noted() && (self.fails || self.since_ns.is_some_and(late))
     }
 
-    /// Keeps where the robot is now, once it knows.
+    /// Keeps where the robot is now, once it knows; before, that it waits for an operator.
     pub(super) fn keep(&mut self, symbols: &mut SupervisorSymbols, known: Known, now_ns: u64) {
         let odometry = symbols.odometry.read();
         let whereabouts = symbols.whereabouts.read();
         let floor = symbols.floor.read();
         if odometry.stamp_ns == 0 || whereabouts.stamp_ns == 0 {
+            let stopped = known.stopped_by != 0;
+            if stopped || known.paused || self.waits {
+                let mode = if stopped {
+                    Mode::Stopped as u64
+                } else {
+                    known.mode
+                };
+                self.since_ns.get_or_insert(now_ns);
+                self.save_waiting(Known { mode, ..known });
+            }
             return;
         }
         self.write(known, &odometry.value, &whereabouts.value, &floor.value);
         self.checkpoint.written_ns = now_ns;
         self.since_ns.get_or_insert(now_ns);
+        self.save();
+    }
+
+    /// Keeps of a robot that has not begun what it waits for, and that nobody knows where it is.
+    fn save_waiting(&mut self, known: Known) {
+        self.waits = true;
+        let checkpoint = &mut *self.checkpoint;
+        (checkpoint.mode, checkpoint.stopped_by) = (known.mode, known.stopped_by);
+        checkpoint.paused = u64::from(known.paused);
+        checkpoint.navigator.uncertain = 1;
         self.save();
     }
 

@@ -201,19 +201,23 @@ impl Supervisor {
 
     /// Tells those who have reset the robot what still stops it, and what else is the matter.
     pub(super) fn answer_resets(&mut self, now_ns: u64) {
-        for pending in self.resets.due(now_ns) {
-            // Of a drive that does not answer no fault was reset, and when it is back it may have more.
-            let lost = self.table.state(Fault::BusLost).active != 0;
-            if lost {
-                // That ends by itself, and no reset that was refused may have let the robot go on then.
-                self.raise(Who::Operator, Fault::OperatorStop, 0.0, now_ns);
-            }
-            let lost = lost.then_some(Fault::BusLost).into_iter();
-            let remaining: Vec<_> = lost.chain(self.stopped_by()).collect();
-            let reply = if remaining.is_empty() {
-                Ok(Done::Reset(self.table.active().collect()))
-            } else {
-                Err(Refusal::Remaining(remaining))
+        let due = self.resets.due(now_ns);
+        if due.is_empty() {
+            return;
+        }
+        // Of a drive that does not answer no fault was reset, and when it is back it may have more.
+        let lost = self.table.state(Fault::BusLost).active != 0;
+        let lost = lost.then_some(Fault::BusLost).into_iter();
+        let remaining: Vec<_> = lost.chain(self.stopped_by()).collect();
+        // What remains may end by itself, or an activity that was busy may carry the reset out later: none that was refused may have
+        // let the robot go on then. One that nobody has said where it is can be driven by hand; whoever says it stops it, too.
+        if remaining.iter().any(|&fault| fault != Fault::PlaceUnknown) {
+            self.raise(Who::Operator, Fault::OperatorStop, 0.0, now_ns);
+        }
+        for pending in due {
+            let reply = match remaining.is_empty() {
+                true => Ok(Done::Reset(self.table.active().collect())),
+                false => Err(Refusal::Remaining(remaining.clone())),
             };
             answer(pending, &reply);
         }
