@@ -105,7 +105,7 @@ impl Floor {
         let variance = |axis: usize| at.covariance[(axis, axis)].max(0.0);
         let turned_m = variance(2).sqrt() * self.footprint.radius_m();
         let std_m = (variance(0) + variance(1)).sqrt() + turned_m;
-        self.gains.sigmas * std_m + self.gains.margin_m
+        self.gains.sigmas * std_m + self.gains.fixed_m()
     }
 }
 

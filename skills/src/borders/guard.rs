@@ -15,14 +15,25 @@ const LOOKS: u32 = 1000;
 pub struct BorderGains {
     /// Growth of the footprint, in standard deviations of the pose,
     pub sigmas: f64,
+    /// plus what that does not count, since map or lidar are wrong alike in all scans,
+    pub map_error_m: f64,
     /// plus this margin.
     pub margin_m: f64,
+}
+
+impl BorderGains {
+    /// Growth of the footprint whatever the standard deviations of the pose.
+    #[must_use]
+    pub fn fixed_m(&self) -> f64 {
+        self.map_error_m + self.margin_m
+    }
 }
 
 impl Default for BorderGains {
     fn default() -> Self {
         Self {
             sigmas: 3.0,
+            map_error_m: 0.0,
             margin_m: 0.01,
         }
     }
@@ -196,7 +207,7 @@ impl BorderGuard {
         let reach_m = length_m
             + self.footprint.radius_m() * (1.0 + angle_rad + angle_rad * angle_rad)
             + self.gains.sigmas * spread
-            + self.gains.margin_m
+            + self.gains.fixed_m()
             + TOUCH_M;
         let mut watched = AreaSet::EMPTY;
         for (place, region) in self.regions.iter().enumerate() {
@@ -290,6 +301,7 @@ impl BorderGuard {
     fn bare_region_gap_m(&self, region: &Rect, pose: Pose2) -> f64 {
         let bare = BorderGains {
             sigmas: 0.0,
+            map_error_m: 0.0,
             margin_m: 0.0,
         };
         gap_m(&self.footprint, &bare, region, &Matrix3::zeros(), pose)
@@ -346,7 +358,7 @@ fn gap_m(
         }
         widest_m = widest_m.max((low_m - most_m).max(least_m - high_m));
     }
-    widest_m - gains.margin_m - bend_m
+    widest_m - gains.fixed_m() - bend_m
 }
 
 fn region_span_m(region: &Rect, axis: Point2) -> (f64, f64) {

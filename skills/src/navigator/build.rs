@@ -61,6 +61,7 @@ impl Navigator {
             footprint,
             BorderGains {
                 sigmas: gains.border_sigma,
+                map_error_m: gains.map_error_m,
                 margin_m: BORDER_MARGIN_M,
             },
         );

@@ -51,7 +51,7 @@ impl Navigator {
             end_wall: end_wall(&self.map, schedule),
             end_m,
             end_measured,
-            margin_m: self.gains.border_sigma * along_std_m,
+            margin_m: self.gains.border_sigma * along_std_m + self.gains.map_error_m,
             speed_m_s,
             limit_m_s,
             instructed: self.parameters.stop_at.is_some(),

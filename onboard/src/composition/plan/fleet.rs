@@ -40,6 +40,7 @@ impl Plan {
             footprint: self.robot.footprint,
             borders: BorderGains {
                 sigmas: gains.border_sigma,
+                map_error_m: gains.map_error_m,
                 ..BorderGains::default()
             },
             deceleration_m_s2: gains.deceleration_m_s2,
@@ -112,6 +113,10 @@ impl Plan {
             (
                 "navigation.border_sigma",
                 ours.border_sigma == theirs.border_sigma,
+            ),
+            (
+                "navigation.map_error_m",
+                ours.map_error_m == theirs.map_error_m,
             ),
         ];
         let key = keys.into_iter().find(|(_, same)| !same);

@@ -89,7 +89,9 @@ impl Plan {
 
     fn check_schedules(&self, tube_curvature_1_m: f64) -> Result<(), PlanError> {
         let (lidar, gains) = (&self.robot.lidar, &self.robot.navigation);
-        let border_m = gains.border_sigma * gains.start_std_m + BorderGains::default().margin_m;
+        let border_m = gains.border_sigma * gains.start_std_m
+            + gains.map_error_m
+            + BorderGains::default().margin_m;
         let reach = RobotReach {
             footprint: self.robot.footprint,
             sees_m: lidar.mount.x_m + lidar.range_max_m,

@@ -1,6 +1,7 @@
 //! Areas that are not allowed.
 
 use crate::closed_loop::floor::{Floor, corridor, junction};
+use crate::closed_loop::robot::Robot;
 use crate::closed_loop::stops::{FAR, START, front_x_m};
 use description::areas::AreaIndex;
 use description::geometry::Pose2;
@@ -50,6 +51,27 @@ fn an_area_without_leave_is_waited_for_and_entered_when_allowed() {
             "{output:?}"
         );
         assert_eq!(robot.allocations, 0);
+    }
+}
+
+/// A lidar whose ranges are all too long, which no scan can tell from a wall that is farther away.
+#[test]
+fn what_map_and_lidar_may_be_wrong_by_is_kept_from_borders() {
+    let floor = corridor().state("drive", "2", FOLLOW, &[]);
+    for (map_error_m, enters) in [(0.0, true), (0.05, false)] {
+        for seed in 1..=6 {
+            let mut setup = floor.setup(FAR);
+            setup.gains.map_error_m = map_error_m;
+            let mut robot = Robot::around(floor.robot(seed, FAR).plant, setup);
+            robot.trouble.too_long_mm = 50;
+            robot.allowed = without(&floor, &["3", "4", "5", "6", "7"]);
+            robot.run_for(15.0);
+            let hold = robot.output.and_then(|output| output.hold);
+            assert_eq!(hold, Some(Hold::Border), "seed {seed}");
+            let front_m = front_x_m(&robot);
+            assert_eq!(front_m > 8.5, enters, "seed {seed}: {front_m}");
+            assert!((front_m - 8.5).abs() < 0.07, "seed {seed}: {front_m}");
+        }
     }
 }
 

@@ -30,6 +30,8 @@ pub struct Trouble {
     pub frozen_scans: bool,
     /// Codes from this to that instead of ranges.
     pub codes: Option<(u16, u16)>,
+    /// Ranges are longer than they are, by this.
+    pub too_long_mm: u16,
     pub left_encoder_jumps: bool,
     pub pivot_encoder_jumps: bool,
 }
@@ -281,7 +283,7 @@ impl Robot {
                             .between(f64::from(low), f64::from(high) + 1.0);
                         code as u16
                     }
-                    None => measured,
+                    None => measured + self.trouble.too_long_mm,
                 };
             }
             self.next_beam += 1;

@@ -163,6 +163,7 @@ fn a_reload_exchanges_limits_and_not_hardware() {
     for key in [
         "navigation.deceleration_m_s2=0.3",
         "navigation.border_sigma=2.5",
+        "navigation.map_error_m=0.02",
     ] {
         let found = managed.first_fixed_difference(&plan("overtaking", &[key]));
         let name = key.split('=').next().unwrap_or_default();
