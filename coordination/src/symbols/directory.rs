@@ -125,6 +125,12 @@ pub(super) struct Directory {
     rows: [Row; MAX_SYMBOLS],
 }
 
+// The same on processors of any width: without padding, and nothing longer than 32 bits.
+const _: () = {
+    assert!(size_of::<Row>() == 188 && align_of::<Row>() == 4);
+    assert!(size_of::<Directory>() == 25_360 && align_of::<Directory>() == 4);
+};
+
 impl Datatype for Directory {
     const NAME: &'static str = "symbol_directory";
 }

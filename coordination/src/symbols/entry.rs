@@ -70,6 +70,8 @@ pub(super) struct Presence {
     pub(super) removed: u64,
 }
 
+const _: () = assert!(size_of::<Presence>() == 8 && align_of::<Presence>() == align_of::<u64>());
+
 impl Datatype for Presence {
     const NAME: &'static str = "symbol_presence";
 }
