@@ -15,9 +15,9 @@ from .mediators import other_mediator
 
 DRAWS = "A robot draws a random `boot_epoch` when it starts, and sends reports with `mediator_epoch` 0 and `session` 0."
 HEARD = "That is where the robot was heard last, not where it is: it may have driven on unheard, or been pushed."
-BEFORE = ("Of areas that it had before it restarted, those it does not stand in are released or returned at once, and not entered before they are "
+BEFORE = ("Of areas that it had before it restarted, those it is surely not in are released or returned at once, and not entered before they are "
           "granted anew.")
-PLACES_M = 0.3
+PLACES_M = 1.0
 
 
 def started(hall: Hall) -> int:
@@ -77,7 +77,7 @@ def first_mediator(hall: Hall) -> None:
 
 @SUITE.check("inherited-given-back", BEFORE, "The robot takes over the levels in that answer as its own", needs=["--start"])
 def inherited(hall: Hall) -> None:
-    """Grants of the process before, of areas that the new one does not stand in, are returned and released with their fence."""
+    """Grants of the process before, of areas that the new one is surely not in, are returned and released with their fence."""
     started(hall)
     with hall.lock:
         report = hall.said[-1].report
