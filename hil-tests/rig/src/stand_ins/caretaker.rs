@@ -24,6 +24,8 @@ const BLAMED_NS: u64 = 2_000_000_000;
 const JUDGED_AFTER_NS: u64 = 100_000_000;
 /// A robot is reset after this time, and not sooner again.
 const RESET_AFTER_NS: u64 = 3_000_000_000;
+/// A reset is answered within this time.
+const ANSWERED_NS: u64 = 1_000_000_000;
 /// How far behind a robot people look.
 const LOOK_BEHIND_M: f64 = 2.5;
 /// Faults after which a robot may know nothing of the floor behind it.
@@ -155,7 +157,11 @@ impl Caretaker {
         on_purpose: bool,
         blame: Blame<'_>,
     ) -> Care {
-        let stopped = on_purpose && faults.state(Fault::OperatorStop).active != 0;
+        // One that was refused before leaves the robot stopped.
+        let stop = faults.state(Fault::OperatorStop);
+        let refused_ns = self.reset_ns..=self.reset_ns + ANSWERED_NS;
+        let is_own = self.resets > 0 && refused_ns.contains(&stop.since_ns);
+        let stopped = on_purpose && stop.active != 0 && !is_own;
         let latched = { faults.active() }
             .filter(|fault| fault.resumes() == Resumes::Operator)
             .filter(|fault| !stopped || *fault != Fault::OperatorStop)
@@ -169,7 +175,8 @@ impl Caretaker {
             if lasts_ns < JUDGED_AFTER_NS {
                 continue;
             }
-            let excused = blame.is_to_blame(fault, since_ns);
+            let excused =
+                is_own && fault == Fault::OperatorStop || blame.is_to_blame(fault, since_ns);
             let may_end = excused || fault == Fault::PoseUncertain;
             let waited_ns = lasts_ns.min(now_ns - self.hindered_ns);
             if !may_end || waited_ns > STRANDED_NS {
@@ -340,5 +347,20 @@ mod tests {
         let blame = Blame::Stalls(&stalled);
         let care = Caretaker::default().look(&faults, 21 * SECOND_NS, true, blame);
         assert_eq!(care, Care::GiveUp(Fault::DriveFault));
+    }
+
+    #[test]
+    fn a_reset_that_was_refused_is_tried_again_where_others_stop_on_purpose() {
+        let mut caretaker = Caretaker::default();
+        let mut faults = latched(Fault::DriveReturned);
+        let at = |s: u64| s * SECOND_NS;
+        assert_eq!(caretaker.look(&faults, at(14), true, FAULTS), Care::Reset);
+        faults.raise(Fault::OperatorStop, at(14) + SECOND_NS / 3);
+        assert_eq!(caretaker.look(&faults, at(16), true, FAULTS), Care::None);
+        assert_eq!(caretaker.look(&faults, at(18), true, FAULTS), Care::Reset);
+        // Of somebody else: long after the reset.
+        faults.clear(Fault::OperatorStop);
+        faults.raise(Fault::OperatorStop, at(21));
+        assert_eq!(caretaker.look(&faults, at(25), true, FAULTS), Care::None);
     }
 }
