@@ -17,6 +17,8 @@ const REACH_IN_M: f64 = 0.02;
 const HEARING_NS: u64 = 100_000_000;
 /// From what a robot hears until it brakes.
 const OBEYS_S: f64 = 0.3;
+/// Places at which it is looked whether a robot on its way to a stop is in an area.
+const STEPS: u32 = 20;
 
 /// Watches the areas of a site.
 #[derive(Debug)]
@@ -54,6 +56,8 @@ struct Presence {
     entered_ns: Option<u64>,
     /// When it came in; none: it stood there when it was first looked at.
     came_ns: Option<u64>,
+    /// The coordination that has the robot's discrete control, once that was judged: whether it could not stop before the area then.
+    control: Option<(u64, bool)>,
     /// Of a second robot with one identity: since when the mediator may know of it; none: it does not.
     known_ns: Option<u64>,
 }
@@ -127,9 +131,15 @@ impl Areas {
         // It stands there since the start, or somebody has carried it there.
         let is_put = before.is_none_or(|was| is_carried(&was, truth));
         let at_s = truth.time_ns.saturating_sub(self.start_ns) as f64 / 1e9;
+        let control = look.observations.control_of(&robot.id, truth.time_ns);
+        let given = control.and_then(|own| own.acquired_ns.map(|_| own.number));
         for area in &mut self.areas {
             let had = |at_ns| { look.observations }.had(&robot.id, &area.id, at_ns, HEARING_NS);
             let presence = &mut area.presence[look.robot];
+            if given != presence.control.map(|(number, _)| number) {
+                let drives_in = |number| (number, drives_in(robot, truth, &area.inner));
+                presence.control = given.map(drives_in);
+            }
             let was_inside = std::mem::replace(&mut presence.inside, touch(&body, &area.inner));
             presence.excused &= presence.inside;
             presence.cleared &= presence.inside;
@@ -145,7 +155,10 @@ impl Areas {
                 && truth.time_ns >= entered_ns + HEARING_NS
             {
                 presence.entered_ns = None;
-                if let Some(detail) = uncommanded(robot, &area.id, entered_ns, look) {
+                let on_its_way = presence.control.is_some_and(|(_, drives_in)| drives_in);
+                if !on_its_way
+                    && let Some(detail) = uncommanded(&robot.id, &area.id, entered_ns, look)
+                {
                     let kind = ViolationKind::UncommandedEntry;
                     violations.report(kind, &robot.name, entered_ns, detail);
                 }
@@ -243,19 +256,35 @@ fn without_lease(robot: &str, area: &str, look: &Look<'_>) -> Option<String> {
 }
 
 /// What is wrong with an entry at this time: the net in control of the robot has not ordered it into the area.
-fn uncommanded(robot: &Robot, area: &str, entered_ns: u64, look: &Look<'_>) -> Option<String> {
-    let control = look.observations.control_of(&robot.id, entered_ns)?;
-    // When it gave its control away it may have been so near the border that it could not stop before it.
-    let speed_m_s = look.truth.twist.v_m_s.abs();
-    let braking_s = speed_m_s / robot.deceleration_m_s2;
-    let on_its_way_ns = HEARING_NS + ((OBEYS_S + braking_s / 2.0) * 1e9) as u64;
-    let acquired_ns = control.acquired_ns?.saturating_add(on_its_way_ns);
+fn uncommanded(robot: &str, area: &str, entered_ns: u64, look: &Look<'_>) -> Option<String> {
+    let control = look.observations.control_of(robot, entered_ns)?;
+    // What it is told and what it says are heard a little apart.
+    let acquired_ns = control.acquired_ns?.saturating_add(HEARING_NS);
     let named = control.areas.iter().any(|named| named == area);
     (acquired_ns <= entered_ns && !named).then(|| {
         format!(
             "entered area {area} in coordination {} ({}), which has not ordered it there",
             control.number, control.net
         )
+    })
+}
+
+/// The robot comes into the area before it can stop, on the curve that it drives.
+fn drives_in(robot: &Robot, truth: &Truth, area: &Rectangle) -> bool {
+    let (pose, twist) = (truth.pose, truth.twist);
+    let speed_m_s = twist.v_m_s.abs();
+    let stops_s = OBEYS_S + speed_m_s / (2.0 * robot.deceleration_m_s2);
+    (0..=STEPS).any(|step| {
+        let after_s = stops_s * f64::from(step) / f64::from(STEPS);
+        let turned_rad = twist.omega_rad_s * after_s;
+        let along_rad = pose.theta_rad + turned_rad / 2.0;
+        let way_m = twist.v_m_s * after_s;
+        let there = Pose::new(
+            pose.x_m + way_m * along_rad.cos(),
+            pose.y_m + way_m * along_rad.sin(),
+            pose.theta_rad + turned_rad,
+        );
+        touch(&robot.footprint.at(&there), area)
     })
 }
 
