@@ -97,9 +97,13 @@ impl Store {
             return Ok(None);
         }
         let folder = path.parent().filter(|folder| *folder != Path::new(""));
-        File::open(folder.unwrap_or(Path::new(".")))
-            .and_then(|folder| folder.sync_all())
-            .map_err(|error| store.failed(error.into()))?;
+        let folder = folder.unwrap_or(Path::new("."));
+        if let Err(error) = File::open(folder).and_then(|folder| folder.sync_all()) {
+            tracing::warn!(
+                "whether the new journal {} outlives a loss of power just now is not certain: {error}",
+                path.display()
+            );
+        }
         store.open = file(path);
         Ok(Some((store, stored)))
     }
