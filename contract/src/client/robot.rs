@@ -294,8 +294,8 @@ impl Client {
         self.claims.holds(area)
     }
 
-    /// The same, or it was granted before the robot restarted, or was thought to be elsewhere: it may not be entered by that grant, but the
-    /// robot may be in it already.
+    /// The same, or it was granted before the robot restarted, or was thought to be elsewhere: what it may be in of these already it keeps, as
+    /// [`Situation::committed`]; what it is surely not in it gives back.
     #[must_use]
     pub fn may_hold(&self, area: &str) -> bool {
         self.claims.may_hold(area)

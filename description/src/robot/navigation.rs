@@ -61,6 +61,6 @@ section! {
         pub border_sigma: f64 as SIGMAS => 3.0,
         /// How far the pose may be off besides, since map or lidar are wrong alike in all scans, which its standard deviation does not
         /// count: it is kept from borders too. Measure it: the URG-04LX may be 1 % off, 3 cm at 3 m.
-        pub map_error_m: f64 as Quantity::new("a length", "m").at_least(0.0).at_most(0.5) => 0.0,
+        pub map_error_m: f64 as Quantity::new("a length", "m").at_least(0.0).at_most(0.05) => 0.0,
     }
 }

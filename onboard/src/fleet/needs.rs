@@ -89,7 +89,8 @@ impl Needs<'_> {
             .filter(|&area| self.may_hold.contains(area))
             .filter(|&area| {
                 let near = || reach_m.is_nan() || self.floor.gap_m(area, place) <= reach_m;
-                self.floor.may_be_in(area, place) || moves && near()
+                let drives_in = moves && self.held.contains(area) && near();
+                self.floor.may_be_in(area, place) || drives_in
             })
             .collect()
     }

@@ -71,7 +71,7 @@ faults! {
     NoFreeTube = 8, "no-free-tube", ByItself,
         "the way ahead is blocked: the robot waits until it has been free for a while; clear it if nothing moves, or say where the robot stands with `onboard ctl place` if it is elsewhere than `onboard inspect` says";
     PoseUncertain = 9, "pose-uncertain", Operator,
-        "the pose is too uncertain to drive: the robot drives on when walls are in view again; if it does not, say where it stands with `onboard ctl place`";
+        "the pose is too uncertain to drive: the robot drives on when walls are in view again, unless a reset was refused before; if it does not, say where it stands with `onboard ctl place`";
     OffLane = 10, "off-lane", ByItself,
         "the robot is farther from its lane than the area allows: it comes back or stops, as the site's machine says; if it stops, run `onboard ctl reset`";
     CommandStale = 11, "command-stale", ByItself,
@@ -85,7 +85,7 @@ faults! {
     FleetNetwork = 15, "fleet-network", ByItself,
         "the fleet network cannot be reached; check `fleet` in the robot file and the network";
     OperatorStop = 16, "operator-stop", Operator,
-        "stopped by an operator, or stopped already when its program began, whose log says by what; run `onboard ctl reset` to go on";
+        "stopped by an operator, or by a reset that was refused, or stopped already when its program began, whose log says by what; run `onboard ctl reset` to go on";
     Panic = 17, "panic", Operator,
         "a part of the program failed: the robot stops and the program ends; please report the message above it";
     MotorsOff = 18, "motors-off", Operator,

@@ -121,6 +121,44 @@ fn a_robot_that_is_stopped_before_it_has_begun_is_stopped_in_its_next_process() 
     }
 }
 
+#[test]
+fn a_robot_of_which_a_part_panics_before_it_has_begun_is_stopped_in_its_next_process() {
+    let mut bench = Bench::standing();
+    bench.devices.unplug_lidar();
+    bench.watch(3.0);
+    bench.panic("navigation");
+    bench.until("it has ended", 5.0, Bench::has_ended);
+    let now_ns = bench.now_ns;
+    bench.devices.plug_in_lidar(now_ns);
+    bench.begin_again();
+    bench.stands_for(8.0);
+    assert!(bench.has(Fault::PlaceUnknown) || bench.has(Fault::OperatorStop));
+    bench.finish();
+}
+
+/// It was paused where it ended; started again, it waits for its lidar, and is switched off once more.
+#[test]
+fn a_robot_that_was_switched_on_in_vain_still_knows_where_it_ended() {
+    let mut bench = Bench::driving();
+    bench.ask(Request::Pause);
+    bench.until_standing(3.0);
+    bench.end();
+    bench.devices.unplug_lidar();
+    bench.begin_again();
+    bench.watch(3.0);
+    bench.lose_memory();
+    let now_ns = bench.now_ns;
+    bench.devices.plug_in_lidar(now_ns);
+    bench.put_at_its_start();
+    bench.begin_again();
+    bench.stands_for(8.0);
+    assert!(!bench.has(Fault::PlaceUnknown) && !bench.has(Fault::OperatorStop));
+    let (reply, _) = bench.answer_to(Request::Resume);
+    assert_eq!(reply, Ok(Done::Running));
+    bench.until_driving();
+    bench.finish();
+}
+
 /// However often it is started again: nobody has said where it stands.
 #[test]
 fn a_robot_that_does_not_know_where_it_is_does_not_know_it_in_its_next_process() {

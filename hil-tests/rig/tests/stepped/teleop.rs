@@ -1,6 +1,7 @@
 //! Somebody drives the robot by hand: judged by where it truly is.
 
-use onboard::process::ctl::{FreeBehind, Refusal, Request, Teleop};
+use description::geometry::Pose2;
+use onboard::process::ctl::{FreeBehind, Place, Refusal, Request, Spot, Teleop};
 use onboard::process::teleop::Over;
 use onboard::symbols::faults::Fault;
 use sim::world::{Pose, Shape};
@@ -388,5 +389,40 @@ fn a_robot_that_nobody_has_told_where_it_is_can_be_driven_by_hand() {
         bench.stands_for(3.0);
     }
     assert!(bench.has(Fault::PlaceUnknown));
+    bench.finish();
+}
+
+/// Where walls contradict what it was told of its place, it is driven to where others are seen; what stops it meanwhile is reset, which is
+/// refused for its pose alone.
+#[test]
+fn a_robot_whose_pose_is_uncertain_can_be_driven_by_hand_after_a_reset() {
+    let mut bench = Bench::driving();
+    bench.ask(Request::Stop);
+    bench.until_standing(3.0);
+    let pose = bench.truth().pose;
+    let at = Spot::Pose(Pose2::new(pose.x_m, pose.y_m + 1.0, pose.theta_rad));
+    let (reply, _) = bench.answer_to(Request::Place(Place { at, state: None }));
+    assert!(reply.is_ok(), "{reply:?}");
+    bench.until_raised(Fault::PoseUncertain, 5.0);
+    bench.ask(Request::Teleop(Teleop {
+        without_borders: true,
+    }));
+    bench.until("it is in hands", 1.0, |bench| bench.desk().is_taken());
+    for _ in 0..2 {
+        let (reply, _) = bench.answer_to(Request::Reset);
+        assert_eq!(reply, Err(Refusal::Remaining(vec![Fault::PoseUncertain])));
+        bench.watch(0.5);
+        assert!(!bench.has(Fault::OperatorStop));
+    }
+    bench.desk().want(0.0, 0.0);
+    bench.watch(0.2);
+    bench.desk().want(0.1, 0.0);
+    bench.until("it is driven", 3.0, |bench| {
+        bench.truth().twist.v_m_s > 0.05
+    });
+    let now_ns = bench.now_ns;
+    bench.desk().leave(now_ns);
+    bench.until_standing(1.0);
+    bench.stands_for(5.0);
     bench.finish();
 }

@@ -256,7 +256,8 @@ impl Activity for Communication {
         if self.lost && !was_lost {
             self.membership.lose_place();
         }
-        self.membership.listen(&self.snapshot.odometry, now_ns);
+        self.membership
+            .listen(self.snapshot.odometry.twist.v_m_s, now_ns);
     }
 
     fn coordinate(&mut self, _now_ns: u64) {

@@ -8,8 +8,6 @@ use nalgebra::Matrix3;
 use skills::borders::AreaSet;
 
 use super::network::{Mailbox, Session};
-use skills::odometry::Odometry;
-
 use crate::activities::fleet_link::{CommunicationEnd, NavigationEvent};
 use crate::fleet::{Directive, Member, Sense, Setup, Troubles, UncertainPose};
 use crate::realtime::clock::SECOND_NS;
@@ -89,7 +87,7 @@ impl Membership {
     }
 
     /// Takes in what the mediator, navigation and the robot's pose say.
-    pub(super) fn listen(&mut self, odometry: &Odometry, now_ns: u64) {
+    pub(super) fn listen(&mut self, speed_m_s: f64, now_ns: u64) {
         let Some(inner) = &mut self.inner else { return };
         while let Some(letter) = inner.mailbox.take() {
             match decode::<MediatorReport>(&letter) {
@@ -110,11 +108,7 @@ impl Membership {
         // Read last, so that it includes what navigation has just reported.
         let whereabouts = self.symbols.whereabouts.read();
         let fresh = { whereabouts.age_ns(now_ns) }.is_some_and(|age_ns| age_ns <= POSE_AGE_NS);
-        inner.sense = sense(&whereabouts.value, fresh, odometry.twist.v_m_s);
-        // While nobody counts its wheels' turns, whoever pushes the robot moves it unseen.
-        if now_ns.saturating_sub(odometry.stamp_ns) > POSE_AGE_NS {
-            inner.sense.place = None;
-        }
+        inner.sense = sense(&whereabouts.value, fresh, speed_m_s);
     }
 
     /// Nobody knows where the robot is any more.

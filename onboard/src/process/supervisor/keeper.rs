@@ -39,8 +39,8 @@ pub struct Keeper {
     ended: Option<Stood>,
     /// or it has not, and this one goes on from its checkpoint.
     goes_on: bool,
-    /// It was kept that the robot waits for an operator, before anybody knew more of it.
-    waits: bool,
+    /// Whether a robot that has not begun is stopped, and whether it is paused, by what its next process would find.
+    waits: (bool, bool),
     /// It could not be kept the last time.
     fails: bool,
     /// When that the robot is under way was to be noted first.
@@ -57,11 +57,12 @@ impl Keeper {
             site: plan.site.value.name.clone(),
             ended: left.ended.clone(),
             goes_on: left.place.is_some(),
-            waits: false,
+            waits: (left.stopped, left.paused),
             fails: false,
             since_ns: None,
         };
-        if left.stopped {
+        // Of one that ended as it was asked to, its note says so.
+        if left.stopped && (left.lost || left.place.is_some()) {
             keeper.save_waiting(Known {
                 mode: Mode::Stopped as u64,
                 paused: left.paused,
@@ -94,8 +95,8 @@ impl Keeper {
         let whereabouts = symbols.whereabouts.read();
         let floor = symbols.floor.read();
         if odometry.stamp_ns == 0 || whereabouts.stamp_ns == 0 {
-            let stopped = known.stopped_by != 0;
-            if stopped || known.paused || self.waits {
+            let stopped = known.stopped_by != 0 || known.mode == Mode::Stopped as u64;
+            if self.is_noted() || self.waits != (stopped, known.paused) {
                 let mode = if stopped {
                     Mode::Stopped as u64
                 } else {
@@ -114,7 +115,7 @@ impl Keeper {
 
     /// Keeps of a robot that has not begun what it waits for, and that nobody knows where it is.
     fn save_waiting(&mut self, known: Known) {
-        self.waits = true;
+        self.waits = (known.mode == Mode::Stopped as u64, known.paused);
         let checkpoint = &mut *self.checkpoint;
         (checkpoint.mode, checkpoint.stopped_by) = (known.mode, known.stopped_by);
         checkpoint.paused = u64::from(known.paused);

@@ -53,12 +53,12 @@ impl Supervisor {
                 self.resets.wait(pending, now_ns + RESET_NS);
                 return;
             }
+            Request::Place(_) if self.is_unmeasured(now_ns) => Err(Refusal::Unmeasured),
             Request::Place(_) | Request::FreeBehind(_)
                 if self.mode() == Mode::Running || !self.standing(now_ns) =>
             {
                 Err(Refusal::MayMove)
             }
-            Request::Place(_) if self.is_unmeasured(now_ns) => Err(Refusal::Unmeasured),
             // Its state is one of the machine that goes.
             Request::Place(_) if self.is_reloading() => Err(Refusal::AnotherReload),
             Request::Place(place) => match self.place(place, now_ns) {
@@ -210,8 +210,14 @@ impl Supervisor {
         let lost = lost.then_some(Fault::BusLost).into_iter();
         let remaining: Vec<_> = lost.chain(self.stopped_by()).collect();
         // What remains may end by itself, or an activity that was busy may carry the reset out later: none that was refused may have
-        // let the robot go on then. One that nobody has said where it is can be driven by hand; whoever says it stops it, too.
-        if remaining.iter().any(|&fault| fault != Fault::PlaceUnknown) {
+        // let the robot go on then. One that does not know where it is can be driven by hand, and is paused when that ends; whoever says
+        // where it is stops it, too.
+        let holds = |&fault: &Fault| match fault {
+            Fault::PlaceUnknown => false,
+            Fault::PoseUncertain => self.lease.is_none(),
+            _ => true,
+        };
+        if self.resets.is_empty() && remaining.iter().any(holds) {
             self.raise(Who::Operator, Fault::OperatorStop, 0.0, now_ns);
         }
         for pending in due {

@@ -20,6 +20,10 @@ impl Waiting {
         self.0.push((pending, due_ns));
     }
 
+    pub(super) fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
     /// Those whose time has come.
     pub(super) fn due(&mut self, now_ns: u64) -> Vec<Pending> {
         let due = self.0.extract_if(.., |(_, due_ns)| now_ns >= *due_ns);
