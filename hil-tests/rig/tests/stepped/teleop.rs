@@ -27,6 +27,19 @@ fn block(x_m: f64, y_m: f64) -> Shape {
     }
 }
 
+/// Whoever has it in hands drives it, and leaves.
+fn is_driven_and_left(bench: &mut Bench) {
+    bench.desk().want(0.0, 0.0);
+    bench.watch(0.2);
+    bench.desk().want(0.1, 0.0);
+    bench.until("it is driven", 3.0, |bench| {
+        bench.truth().twist.v_m_s > 0.05
+    });
+    let now_ns = bench.now_ns;
+    bench.desk().leave(now_ns);
+    bench.until_standing(1.0);
+}
+
 /// Takes the robot into somebody's hands.
 fn take(bench: &mut Bench) {
     bench.ask(Request::Teleop(Teleop::default()));
@@ -375,15 +388,7 @@ fn a_robot_that_nobody_has_told_where_it_is_can_be_driven_by_hand() {
     let (reply, _) = bench.answer_to(Request::Reset);
     let place_only = Err(Refusal::Remaining(vec![Fault::PlaceUnknown]));
     assert_eq!(reply, place_only);
-    bench.desk().want(0.0, 0.0);
-    bench.watch(0.2);
-    bench.desk().want(0.1, 0.0);
-    bench.until("it is driven", 3.0, |bench| {
-        bench.truth().twist.v_m_s > 0.05
-    });
-    let now_ns = bench.now_ns;
-    bench.desk().leave(now_ns);
-    bench.until_standing(1.0);
+    is_driven_and_left(&mut bench);
     for request in [Request::Resume, Request::Reset] {
         bench.ask(request);
         bench.stands_for(3.0);
@@ -414,15 +419,7 @@ fn a_robot_whose_pose_is_uncertain_can_be_driven_by_hand_after_a_reset() {
         bench.watch(0.5);
         assert!(!bench.has(Fault::OperatorStop));
     }
-    bench.desk().want(0.0, 0.0);
-    bench.watch(0.2);
-    bench.desk().want(0.1, 0.0);
-    bench.until("it is driven", 3.0, |bench| {
-        bench.truth().twist.v_m_s > 0.05
-    });
-    let now_ns = bench.now_ns;
-    bench.desk().leave(now_ns);
-    bench.until_standing(1.0);
+    is_driven_and_left(&mut bench);
     bench.stands_for(5.0);
     bench.finish();
 }
