@@ -56,8 +56,9 @@ struct Presence {
     entered_ns: Option<u64>,
     /// When it came in; none: it stood there when it was first looked at.
     came_ns: Option<u64>,
-    /// The coordination that has the robot's discrete control, once that was judged: whether it could not stop before the area then.
-    control: Option<(u64, bool)>,
+    /// The coordination that has the robot's discrete control, once that was judged: until when the robot may come in if it could not stop
+    /// before the area then.
+    control: Option<(u64, Option<u64>)>,
     /// Of a second robot with one identity: since when the mediator may know of it; none: it does not.
     known_ns: Option<u64>,
 }
@@ -155,8 +156,8 @@ impl Areas {
                 && truth.time_ns >= entered_ns + HEARING_NS
             {
                 presence.entered_ns = None;
-                let on_its_way = presence.control.is_some_and(|(_, drives_in)| drives_in);
-                if !on_its_way
+                let until_ns = presence.control.and_then(|(_, until_ns)| until_ns);
+                if until_ns.is_none_or(|until_ns| entered_ns > until_ns)
                     && let Some(detail) = uncommanded(&robot.id, &area.id, entered_ns, look)
                 {
                     let kind = ViolationKind::UncommandedEntry;
@@ -269,13 +270,14 @@ fn uncommanded(robot: &str, area: &str, entered_ns: u64, look: &Look<'_>) -> Opt
     })
 }
 
-/// The robot comes into the area before it can stop, on the curve that it drives.
-fn drives_in(robot: &Robot, truth: &Truth, area: &Rectangle) -> bool {
+/// Until when the robot comes into the area, on the curve that it drives, if it is not in it and does so before it can stop.
+fn drives_in(robot: &Robot, truth: &Truth, area: &Rectangle) -> Option<u64> {
     let (pose, twist) = (truth.pose, truth.twist);
     let speed_m_s = twist.v_m_s.abs();
-    let stops_s = OBEYS_S + speed_m_s / (2.0 * robot.deceleration_m_s2);
-    (0..=STEPS).any(|step| {
-        let after_s = stops_s * f64::from(step) / f64::from(STEPS);
+    let braking_s = speed_m_s / robot.deceleration_m_s2;
+    let touches = |step: u32| {
+        // As far as at this speed in so long a time.
+        let after_s = (OBEYS_S + braking_s / 2.0) * f64::from(step) / f64::from(STEPS);
         let turned_rad = twist.omega_rad_s * after_s;
         let along_rad = pose.theta_rad + turned_rad / 2.0;
         let way_m = twist.v_m_s * after_s;
@@ -285,7 +287,10 @@ fn drives_in(robot: &Robot, truth: &Truth, area: &Rectangle) -> bool {
             pose.theta_rad + turned_rad,
         );
         touch(&robot.footprint.at(&there), area)
-    })
+    };
+    let comes = !touches(0) && (1..=STEPS).any(touches);
+    let until_ns = || truth.time_ns + ((OBEYS_S + braking_s) * 1e9) as u64 + HEARING_NS;
+    comes.then(until_ns)
 }
 
 fn shrunk(region: &Rect, by_m: f64) -> Rectangle {

@@ -323,14 +323,14 @@ fn who_enters_what_the_net_in_control_has_not_ordered_is_found() {
     let scenario = overtaking();
     let border_m = scenario.site.area("1").expect("there").region.max.xy_m()[0];
     // Both areas are granted, so that the order alone is judged.
-    let found_at = |m_s: f64, into: f64, commands: &dyn Fn(&mut Observations)| {
+    let found_at = |m_s: f64, enters_ms: u64, into: f64, commands: &dyn Fn(&mut Observations)| {
         let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
         grant(&mut observations, "amr-2", "1", 3, 0);
         grant(&mut observations, "amr-2", "2", 3, 0);
         commands(&mut observations);
         let from_m = border_m - into * 0.6;
-        for at_ms in (0..1500).step_by(20) {
-            let over_m = if at_ms < 1000 { 0.0 } else { into * 1.2 };
+        for at_ms in (0..enters_ms + 500).step_by(20) {
+            let over_m = if at_ms < enters_ms { 0.0 } else { into * 1.2 };
             let mut truth = truth(at_ms, from_m + over_m, -0.5);
             truth.twist.v_m_s = m_s;
             observe(&mut judge, 1, &truth, &observations);
@@ -340,7 +340,8 @@ fn who_enters_what_the_net_in_control_has_not_ordered_is_found() {
             .map(str::to_owned)
             .collect::<Vec<_>>()
     };
-    let found = |into: f64, commands: &dyn Fn(&mut Observations)| found_at(0.0, into, commands);
+    let found =
+        |into: f64, commands: &dyn Fn(&mut Observations)| found_at(0.0, 1000, into, commands);
     let nobody = |_: &mut Observations| {};
     let taken = |observations: &mut Observations| {
         command(observations, "amr-2", 1, 1, 100);
@@ -361,12 +362,14 @@ fn who_enters_what_the_net_in_control_has_not_ordered_is_found() {
     assert_eq!(found(-1.0, &sent), [""; 0]);
     assert_eq!(found(1.0, &sent), ["uncommanded-entry"]);
     assert_eq!(found(1.0, &let_go), [""; 0]);
-    // It goes 1.2 m at once, so that from farther than it needs to stop nobody has to let it in.
-    assert_eq!(found_at(0.2, 1.0, &taken), ["uncommanded-entry"]);
-    // From 0.6 m before the border it cannot stop.
-    assert_eq!(found_at(0.9, 1.0, &taken), [""; 0]);
+    // From 0.6 m before the border it can stop.
+    assert_eq!(found_at(0.2, 1000, 1.0, &taken), ["uncommanded-entry"]);
+    // So fast it cannot.
+    assert_eq!(found_at(0.9, 1000, 1.0, &taken), [""; 0]);
+    // It has stopped by then.
+    assert_eq!(found_at(0.9, 4000, 1.0, &taken), ["uncommanded-entry"]);
     assert_eq!(
-        found_at(-0.9, 1.0, &taken),
+        found_at(-0.9, 1000, 1.0, &taken),
         ["uncommanded-entry"],
         "it drove away"
     );
