@@ -29,6 +29,15 @@ pub(super) struct Known {
     pub(super) stopped_by: u64,
 }
 
+impl Known {
+    fn waits(&self) -> Waited {
+        Waited {
+            for_reset: self.stopped_by != 0 || self.mode == Mode::Stopped as u64,
+            to_resume: self.paused,
+        }
+    }
+}
+
 /// The newest checkpoint, and where it is kept.
 pub struct Keeper {
     store: Box<dyn CheckpointStore>,
@@ -39,8 +48,8 @@ pub struct Keeper {
     ended: Option<Stood>,
     /// or it has not, and this one goes on from its checkpoint.
     goes_on: bool,
-    /// Whether a robot that has not begun is stopped, and whether it is paused, by what its next process would find.
-    waits: (bool, bool),
+    /// What a robot that has not begun waits for by what its next process would find.
+    waits: Waited,
     /// It could not be kept the last time.
     fails: bool,
     /// When that the robot is under way was to be noted first.
@@ -57,7 +66,10 @@ impl Keeper {
             site: plan.site.value.name.clone(),
             ended: left.ended.clone(),
             goes_on: left.place.is_some(),
-            waits: (left.stopped, left.paused),
+            waits: Waited {
+                for_reset: left.stopped,
+                to_resume: left.paused,
+            },
             fails: false,
             since_ns: None,
         };
@@ -95,15 +107,11 @@ impl Keeper {
         let whereabouts = symbols.whereabouts.read();
         let floor = symbols.floor.read();
         if odometry.stamp_ns == 0 || whereabouts.stamp_ns == 0 {
-            let stopped = known.stopped_by != 0 || known.mode == Mode::Stopped as u64;
-            if self.is_noted() || self.waits != (stopped, known.paused) {
-                let mode = if stopped {
-                    Mode::Stopped as u64
-                } else {
-                    known.mode
-                };
+            let waits = known.waits();
+            if self.is_noted() || self.waits != waits {
+                self.waits = waits;
                 self.since_ns.get_or_insert(now_ns);
-                self.save_waiting(Known { mode, ..known });
+                self.save_waiting(known);
             }
             return;
         }
@@ -115,12 +123,18 @@ impl Keeper {
 
     /// Keeps of a robot that has not begun what it waits for, and that nobody knows where it is.
     fn save_waiting(&mut self, known: Known) {
-        self.waits = (known.mode == Mode::Stopped as u64, known.paused);
+        self.know(known);
+        if known.waits().for_reset {
+            self.checkpoint.mode = Mode::Stopped as u64;
+        }
+        self.checkpoint.navigator.uncertain = 1;
+        self.save();
+    }
+
+    fn know(&mut self, known: Known) {
         let checkpoint = &mut *self.checkpoint;
         (checkpoint.mode, checkpoint.stopped_by) = (known.mode, known.stopped_by);
         checkpoint.paused = u64::from(known.paused);
-        checkpoint.navigator.uncertain = 1;
-        self.save();
     }
 
     fn write(
@@ -130,9 +144,8 @@ impl Keeper {
         whereabouts: &Whereabouts,
         floor: &FloorCheckpoint,
     ) {
+        self.know(known);
         let checkpoint = &mut *self.checkpoint;
-        (checkpoint.mode, checkpoint.stopped_by) = (known.mode, known.stopped_by);
-        checkpoint.paused = u64::from(known.paused);
         checkpoint.odometry = *odometry;
         checkpoint.navigator = whereabouts.at;
         // What navigation takes for its pose until somebody says where the robot stands, is none.

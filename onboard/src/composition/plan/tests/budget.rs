@@ -138,7 +138,7 @@ fn a_robot_that_would_enter_an_area_long_after_its_lease() {
     assert!(planned(&slow, "some.toml", SITE).is_ok());
 }
 
-/// By itself a robot may go around things, and start late: nobody has to be let out of its way.
+/// Where no mediator manages areas it may do both.
 #[test]
 fn a_robot_that_would_leave_its_lane_or_brake_late_before_a_border() {
     let managed = SITE.replace("\nmanaged = false\n", "\nmanaged = true\n");
