@@ -10,7 +10,7 @@ use onboard::cli::Failure;
 
 use crate::campaign::faults::Times;
 use crate::commands::{self, Many, Request};
-use crate::scenario::{Changes, LONGEST_DRIVEN_H};
+use crate::scenario::{Changes, LONGEST_DRIVEN_H, Scenario};
 use crate::{bench, devices, map};
 
 /// The campaign of single faults,
@@ -341,6 +341,26 @@ struct MapArgs {
     /// Drawing to write [default: target/rig/map/NAME.svg]
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+}
+
+/// What a line of `rig scenario` asks for, as a campaign prints it of a run that failed: the scenario, with the faults of the line, and its
+/// seed. The first of the words is the program's name.
+///
+/// # Errors
+/// [`Failure::Refused`] when it is no such line, or the scenario cannot be loaded.
+pub fn asked(words: impl IntoIterator<Item = String>) -> Result<(Scenario, u64), Failure> {
+    match Cli::try_parse_from(words)
+        .map_err(Failure::refused)?
+        .command
+    {
+        Command::Scenario(own) => {
+            let request = own.request();
+            Ok((commands::loaded(&request)?, request.seed))
+        }
+        _ => Err(Failure::refused(
+            "found another command, expected `rig scenario`",
+        )),
+    }
 }
 
 /// Runs the program with these arguments, the first being its name. Ends the process after `--help` and wrong usage.

@@ -160,7 +160,7 @@ fn folder_of(request: &Request, folder: PathBuf) -> PathBuf {
 }
 
 /// Loads the scenario: a path is a file; a name without an extension is a scenario that ships, unless a file has that name.
-fn loaded(request: &Request) -> Result<Scenario, Failure> {
+pub(crate) fn loaded(request: &Request) -> Result<Scenario, Failure> {
     let path = &request.scenario;
     let is_name = path.components().count() == 1 && path.extension().is_none();
     let mut scenario = match path.to_str().filter(|_| is_name && !path.is_file()) {
