@@ -126,6 +126,38 @@ fn the_interface_of_the_bus_is_found_however_the_file_is_written() {
     }
 }
 
+/// As on the ODROID XU4, whose cores 0 to 3 are slow.
+#[test]
+fn the_interrupt_of_the_bus_leaves_the_fast_cores() {
+    let affinity = "proc/irq/24/smp_affinity_list";
+    let set = |cores: u32, slow: u32| {
+        let mut computer = Computer::new()
+            .having("ethtool", 0)
+            .having("pgrep", 1)
+            .with("etc/onboard/robot.toml", "ethercat.interface = 'eth0'\n")
+            .with("proc/interrupts", " 24:  1  PCI-MSI  eth0\n")
+            .with(affinity, "0-11\n");
+        for core in 0..cores {
+            let speed = match core {
+                _ if core >= slow => "1024\n",
+                core if core % 2 == 0 => "448\n",
+                _ => "500\n",
+            };
+            let file = format!("sys/devices/system/cpu/cpu{core}/cpu_capacity");
+            computer = computer.with(&file, speed);
+        }
+        let root = computer.0.path().display().to_string();
+        let done = computer.run("prepare-computer", &[&root]);
+        assert!(done.status.success(), "{done:?}");
+        fs::read_to_string(computer.path(affinity)).expect("it is there")
+    };
+    assert_eq!(set(8, 4), "3\n");
+    assert_eq!(set(12, 11), "10\n");
+    // All are alike, or the kernel does not tell.
+    assert_eq!(set(8, 0), "0-11\n");
+    assert_eq!(set(0, 0), "0-11\n");
+}
+
 /// A robot that is not there yet has no bus.
 #[test]
 fn without_an_interface_nothing_is_asked_of_one() {

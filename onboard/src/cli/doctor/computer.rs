@@ -108,6 +108,12 @@ pub fn listed(programs: &[Program]) -> String {
     programs.iter().map(each).collect::<Vec<_>>().join(", ")
 }
 
+/// What ends programs; none where there are none.
+pub fn end_all(programs: &[Program]) -> Option<String> {
+    let numbers: Vec<String> = programs.iter().map(|own| own.pid.to_string()).collect();
+    (!numbers.is_empty()).then(|| format!("sudo kill {}", numbers.join(" ")))
+}
+
 #[cfg(test)]
 pub mod tests {
     use super::*;

@@ -27,6 +27,16 @@ fn core_folders(computer: &Computer) -> Vec<String> {
     names.map(|name| format!("{CORES}/{name}")).collect()
 }
 
+/// Numbers of those that are not fast.
+pub fn slow(computer: &Computer, fast_cores: &[usize]) -> Vec<usize> {
+    let mut slow: Vec<usize> = { core_folders(computer).into_iter() }
+        .filter_map(|folder| folder.rsplit_once("cpu")?.1.parse().ok())
+        .filter(|core| !fast_cores.contains(core))
+        .collect();
+    slow.sort_unstable();
+    slow
+}
+
 fn governor(computer: &Computer) -> Finding {
     const SUBJECT: &str = "governor";
     let read = |folder: String| computer.text(&format!("{folder}/cpufreq/scaling_governor"));
@@ -167,6 +177,16 @@ mod tests {
         );
         let deep = state(fake, 3, "C7", 700, 0);
         assert!(sleep(&deep.computer()).is.starts_with("C7"));
+    }
+
+    #[test]
+    fn cores_that_are_not_fast_are_slow() {
+        let folder = |number: u32| format!("/sys/devices/system/cpu/cpu{number}/online");
+        let fake = [0, 1, 10, 2].map(folder);
+        let fake = { fake.iter() }.fold(Fake::new(), |fake, file| fake.with(file, "1\n"));
+        let fake = fake.with("/sys/devices/system/cpu/cpuidle/current_driver", "none\n");
+        assert_eq!(slow(&fake.computer(), &[1, 2]), [0, 10]);
+        assert_eq!(slow(&fake.computer(), &[0, 1, 2, 10]), [0; 0]);
     }
 
     #[test]

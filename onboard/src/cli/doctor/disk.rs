@@ -29,7 +29,8 @@ fn memory(runtime: &Path) -> Finding {
             SUBJECT,
             format!("{shown} is on a disk, which is written ten times a second"),
             "a folder in memory: $XDG_RUNTIME_DIR, or --runtime",
-        ),
+        )
+        .with("export ONBOARD_RUNTIME_DIR=/dev/shm/onboard-$(id -u)"),
         Err(error) => Finding::bad(
             SUBJECT,
             format!("{shown}: {error}"),
@@ -55,6 +56,7 @@ fn room(state: &Path) -> Finding {
                         "{LEAST_ROOM_MIB} MiB: a robot that cannot note where it was waits for an operator"
                     ),
                 )
+                .with("sudo journalctl --vacuum-size=100M; sudo du -xh --max-depth 3 / | sort -h | tail   # what takes it")
             }
         }
         Err(error) => Finding::bad(

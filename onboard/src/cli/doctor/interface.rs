@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::computer::{Computer, Program, listed};
+use super::computer::{Computer, Program, end_all, listed};
 use super::ethtool::{Coalescing, coalescing};
 use super::finding::Finding;
 
@@ -18,11 +18,12 @@ pub fn findings(computer: &Computer, interface: &str) -> Vec<Finding> {
     let folder = format!("/sys/class/net/{interface}");
     if !computer.has(&folder) {
         let others = computer.names("/sys/class/net").join(", ");
-        return vec![Finding::bad(
+        let finding = Finding::bad(
             "interface",
             format!("there is no {interface}; there are {others}"),
             "ethercat.interface names the one that the drive is on",
-        )];
+        );
+        return vec![finding.with("ip -brief link   # which has a carrier, and no address?")];
     }
     let mut found = vec![link(computer, interface, &folder)];
     found.push(addresses(computer, interface));
@@ -114,11 +115,15 @@ fn other_users(computer: &Computer, interface: &str, folder: &str) -> Finding {
     } else {
         listed(&programs)
     };
-    Finding::bad(
+    let finding = Finding::bad(
         SUBJECT,
         format!("{who} sends EtherCAT frames on {interface}"),
         "one MainDevice on a segment",
-    )
+    );
+    match end_all(&programs) {
+        Some(command) => finding.with(command),
+        None => finding.with("sudo ss --packet --processes   # whose it is"),
+    }
 }
 
 fn managers(computer: &Computer, interface: &str) -> Finding {
@@ -244,6 +249,7 @@ mod tests {
         let found = other_users(&fake.computer(), "eth0", FOLDER);
         assert_eq!(found.verdict, Verdict::Bad);
         assert!(found.is.starts_with("ec_master (40) sends"), "{found}");
+        assert_eq!(found.command.as_deref(), Some("sudo kill 40"));
         let elsewhere = fake.with("/sys/class/net/eth0/ifindex", "3\n");
         assert_eq!(
             other_users(&elsewhere.computer(), "eth0", FOLDER).verdict,

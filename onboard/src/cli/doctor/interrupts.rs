@@ -1,4 +1,4 @@
-//! The interrupt by which frames of the fieldbus come. On a kernel for real time a thread serves it.
+//! The interrupt by which frames of the fieldbus come: on which cores. On a kernel for real time a thread serves it.
 
 use super::computer::{Computer, Program};
 use super::finding::Finding;
@@ -6,8 +6,13 @@ use super::finding::Finding;
 /// Field of `/proc/PID/stat` behind the name: the 40th of all (proc(5)).
 const RT_PRIORITY: usize = 37;
 
-/// `priority`: the highest that the robot's threads want.
-pub fn finding(computer: &Computer, interface: &str, priority: Option<u8>) -> Finding {
+/// All of them. `priority`: the highest that the robot's threads want; `slow`: cores that are for those that may wait.
+pub fn findings(
+    computer: &Computer,
+    interface: &str,
+    priority: Option<u8>,
+    slow: &[usize],
+) -> Vec<Finding> {
     const SUBJECT: &str = "its interrupt";
     let table = computer.text("/proc/interrupts").unwrap_or_default();
     let controller = usb_controller(computer, interface);
@@ -16,20 +21,22 @@ pub fn finding(computer: &Computer, interface: &str, priority: Option<u8>) -> Fi
         .filter_map(|line| line.split(':').next().map(str::trim))
         .collect();
     if numbers.is_empty() {
-        return Finding::unknown(
-            SUBJECT,
-            format!("none by the name of {interface}, or of its USB controller"),
-        );
+        let is = format!("none by the name of {interface}, or of its USB controller");
+        return vec![Finding::unknown(SUBJECT, is)];
     }
-    let cores =
-        |number: &&str| computer.text(&format!("/proc/irq/{number}/effective_affinity_list"));
-    let mut cores: Vec<String> = numbers.iter().filter_map(cores).collect();
-    cores.sort();
-    cores.dedup();
-    let is = format!("{} on cores {}", numbers.join(", "), cores.join(", "));
+    vec![
+        comes_first(computer, &numbers, priority),
+        place(computer, &numbers, slow),
+    ]
+}
+
+/// Its thread, where it has one, comes before those of the robot that wait for frames.
+fn comes_first(computer: &Computer, numbers: &[&str], priority: Option<u8>) -> Finding {
+    const SUBJECT: &str = "its interrupt";
+    let is = numbers.join(", ");
     let wanted = i64::from(priority.unwrap_or(0));
     let threads = computer.programs();
-    let mut served = { threads.iter() }.filter(|thread| serves(thread, &numbers));
+    let mut served = { threads.iter() }.filter(|thread| serves(thread, numbers));
     let behind = served.find(|thread| rt_priority(computer, thread) <= Some(wanted));
     match behind {
         Some(thread) => Finding::weak(
@@ -44,6 +51,46 @@ pub fn finding(computer: &Computer, interface: &str, priority: Option<u8>) -> Fi
         )),
         None => Finding::good(SUBJECT, is),
     }
+}
+
+/// On a computer with slow cores these serve it, so that it takes no time from threads that have a fast one each.
+fn place(computer: &Computer, numbers: &[&str], slow: &[usize]) -> Finding {
+    const SUBJECT: &str = "its cores";
+    let served = |number: &&&str| {
+        let list = computer.text(&format!("/proc/irq/{number}/effective_affinity_list"));
+        list.is_none_or(|list| !cores_of(&list).iter().all(|core| slow.contains(core)))
+    };
+    let lists = { numbers.iter() }
+        .filter_map(|number| computer.text(&format!("/proc/irq/{number}/effective_affinity_list")));
+    let mut lists: Vec<String> = lists.collect();
+    lists.sort();
+    lists.dedup();
+    if lists.is_empty() {
+        return Finding::unknown(SUBJECT, "the kernel does not tell");
+    }
+    let is = format!("cores {}", lists.join(", "));
+    let elsewhere: Vec<&str> = numbers.iter().filter(served).copied().collect();
+    let Some(last) = slow.last().filter(|_| !elsewhere.is_empty()) else {
+        return Finding::good(SUBJECT, is);
+    };
+    let files: Vec<String> = { elsewhere.iter() }
+        .map(|number| format!("/proc/irq/{number}/smp_affinity_list"))
+        .collect();
+    Finding::weak(
+        SUBJECT,
+        format!("{is}: it takes time from the robot's threads, which have the fast ones"),
+        "a slow core",
+    )
+    .with(format!("echo {last} | sudo tee {}", files.join(" ")))
+}
+
+/// Of a list as the kernel writes it: `0-3,6`.
+fn cores_of(list: &str) -> Vec<usize> {
+    let range = |part: &str| {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        Some(first.trim().parse().ok()?..=last.trim().parse().ok()?)
+    };
+    list.split(',').filter_map(range).flatten().collect()
 }
 
 /// As `/proc/interrupts` names it, `usb3`; none where the interface is not on USB.
@@ -94,9 +141,33 @@ mod tests {
         let fake = Fake::new()
             .with("/proc/interrupts", "           CPU0       CPU1\n 24:  1  0  PCI-MSI  eth0-rx-0\n 25:  0  3  PCI-MSI  wlan0\n")
             .with("/proc/irq/24/effective_affinity_list", "1\n");
-        let of = |interface| finding(&fake.computer(), interface, Some(80));
-        assert_eq!(of("eth0").is, "24 on cores 1");
-        assert_eq!(of("eth1").verdict, Verdict::Unknown);
+        let of = |interface, slow: &[usize]| {
+            let found = findings(&fake.computer(), interface, Some(80), slow);
+            let told = { found.into_iter() }.map(|own| (own.verdict, own.is, own.command));
+            told.collect::<Vec<_>>()
+        };
+        let first = (Verdict::Good, "24".to_owned(), None);
+        // All of its cores are alike.
+        let place = |verdict, is: &str, command: Option<&str>| {
+            (verdict, is.to_owned(), command.map(str::to_owned))
+        };
+        let good = place(Verdict::Good, "cores 1", None);
+        assert_eq!(of("eth0", &[]), [first.clone(), good.clone()]);
+        assert_eq!(of("eth0", &[0, 1]), [first.clone(), good]);
+        let weak = place(
+            Verdict::Weak,
+            "cores 1: it takes time from the robot's threads, which have the fast ones",
+            Some("echo 3 | sudo tee /proc/irq/24/smp_affinity_list"),
+        );
+        assert_eq!(of("eth0", &[2, 3]), [first, weak]);
+        assert_eq!(of("eth1", &[])[0].0, Verdict::Unknown);
+    }
+
+    #[test]
+    fn lists_of_cores_are_read_as_the_kernel_writes_them() {
+        assert_eq!(cores_of("0-3,6\n"), [0, 1, 2, 3, 6]);
+        assert_eq!(cores_of("5"), [5]);
+        assert_eq!(cores_of(""), [0; 0]);
     }
 
     /// As on the ODROID XU4.
@@ -121,13 +192,15 @@ mod tests {
                 .with("/proc/irq/71/effective_affinity_list", "0-3\n")
                 .with("/proc/60/comm", "irq/71-xhci-hcd\n")
                 .with("/proc/60/stat", &stat(priority));
-            finding(&fake.computer(), "eth0", Some(80))
+            findings(&fake.computer(), "eth0", Some(80), &[0, 1, 2, 3])
         };
+        let [first, place] = of(85).try_into().expect("two of them");
+        assert_eq!((first.verdict, first.is.as_str()), (Verdict::Good, "71"));
         assert_eq!(
-            (of(85).verdict, of(85).is),
-            (Verdict::Good, "71 on cores 0-3".to_owned())
+            (place.verdict, place.is.as_str()),
+            (Verdict::Good, "cores 0-3")
         );
-        let behind = of(50);
+        let behind = of(50).remove(0);
         assert_eq!(behind.verdict, Verdict::Weak);
         assert_eq!(behind.command.as_deref(), Some("sudo chrt -f -p 85 60"));
     }

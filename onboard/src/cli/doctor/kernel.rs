@@ -21,6 +21,10 @@ const FAST_CLOCKS: [&str; 6] = [
 /// So much of each period real-time threads may have at the least: ours need a tenth of one core.
 const LEAST_SHARE: f64 = 0.5;
 
+/// Debian's newest with PREEMPT_RT.
+const INSTALL: &str =
+    "sudo apt-get install linux-image-rt-$(dpkg --print-architecture | sed s/armhf/armmp/)";
+
 /// All of them.
 pub fn findings(computer: &Computer) -> Vec<Finding> {
     vec![
@@ -45,7 +49,7 @@ fn release(computer: &Computer) -> Finding {
         Finding::good("kernel", release)
     } else {
         let (major, minor) = OLDEST;
-        Finding::bad("kernel", release, format!("{major}.{minor} or newer"))
+        Finding::bad("kernel", release, format!("{major}.{minor} or newer")).with(INSTALL)
     }
 }
 
@@ -66,7 +70,7 @@ fn preemption(computer: &Computer) -> Finding {
         found.unwrap_or("no preemption inside the kernel"),
         "a kernel with PREEMPT_RT: others may hold a thread up for milliseconds",
     )
-    .with("sudo apt-get install linux-image-rt-$(dpkg --print-architecture | sed s/armhf/armmp/)")
+    .with(INSTALL)
 }
 
 fn throttling(computer: &Computer) -> Finding {

@@ -75,7 +75,8 @@ fn look(computer: &Computer, plan: &Plan, runtime: &Runtime) -> Result<Vec<Findi
     found.extend(cores::findings(computer, big, &fast_cores()));
     if let Link::Interface(interface) = &robot.ethercat.link {
         found.extend(interface::findings(computer, interface));
-        found.push(interrupts::finding(computer, interface, priority));
+        let slow = cores::slow(computer, &fast_cores());
+        found.extend(interrupts::findings(computer, interface, priority, &slow));
     }
     found.extend(serial::findings(computer, &robot.lidar.device));
     found.extend(disk::findings(

@@ -47,7 +47,7 @@ fn locked_memory() -> Finding {
     match lock_memory() {
         MemoryLock::Locked => Finding::good(SUBJECT, "pages stay in memory"),
         MemoryLock::NotLocked(why) => {
-            Finding::weak(SUBJECT, why, "memory that is never swapped out")
+            Finding::weak(SUBJECT, why, "memory that is never swapped out").with(GRANT)
         }
     }
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rustix::fs::{Access, access, major, minor};
 
-use super::computer::{Computer, Program, listed};
+use super::computer::{Computer, Program, end_all, listed};
 use super::finding::Finding;
 
 const BY_ID: &str = "/dev/serial/by-id";
@@ -18,18 +18,20 @@ const CURIOUS: [&str; 2] = ["ModemManager", "brltty"];
 pub fn findings(computer: &Computer, device: &Path) -> Vec<Finding> {
     let shown = device.display();
     let Ok(metadata) = device.metadata() else {
-        return vec![Finding::bad(
+        let finding = Finding::bad(
             "serial device",
             format!("there is no {shown}"),
             "lidar.device names it; is it plugged in, and has it power?",
-        )];
+        );
+        return vec![finding.with(format!("ls -l {BY_ID}   # those that are plugged in"))];
     };
     if !metadata.file_type().is_char_device() {
-        return vec![Finding::bad(
+        let finding = Finding::bad(
             "serial device",
             format!("{shown} is no device"),
             "a serial device",
-        )];
+        );
+        return vec![finding.with(format!("ls -l {BY_ID}   # those that are plugged in"))];
     }
     let number = (major(metadata.rdev()), minor(metadata.rdev()));
     let mut found = vec![
@@ -98,11 +100,18 @@ fn rivals(computer: &Computer, device: &Path) -> Finding {
     } else if programs.iter().all(Program::is_a_robot) {
         Finding::unknown(SUBJECT, format!("{} drives by it", listed(&programs)))
     } else {
-        Finding::bad(
+        let finding = Finding::bad(
             SUBJECT,
             format!("{} has it open", listed(&programs)),
             "the robot alone",
-        )
+        );
+        let others: Vec<Program> = { programs.into_iter() }
+            .filter(|own| !own.is_a_robot())
+            .collect();
+        match end_all(&others) {
+            Some(command) => finding.with(command),
+            None => finding,
+        }
     }
 }
 
@@ -208,5 +217,6 @@ mod tests {
             (found.verdict, found.is.as_str()),
             (Verdict::Bad, "cat (9) has it open")
         );
+        assert_eq!(found.command.as_deref(), Some("sudo kill 9"));
     }
 }
