@@ -83,7 +83,7 @@ fn the_page_has_the_bytes_of_its_example() {
         sequence: 2,
         site: "hall".into(),
         mediator_epoch: 2,
-        session: 5,
+        session: 2_000_001,
         located: true,
         fsm_state: "drive-2".into(),
         access: vec![Access {

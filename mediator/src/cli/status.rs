@@ -44,11 +44,24 @@ pub(super) fn orders(which: &Which) -> Result<(), Failure> {
         // A reader that closes the pipe early is no failure.
         let _ = writeln!(
             out,
-            "{} {}: {}: {done}: {}",
-            order.at, order.who, order.order, order.answer
+            "{}",
+            on_one_line(&format!(
+                "{} {}: {}: {done}: {}",
+                order.at, order.who, order.order, order.answer
+            ))
         );
     }
     Ok(())
+}
+
+/// Journals of older mediators hold what was ordered as it was sent.
+fn on_one_line(text: &str) -> String {
+    let escaped = |c: char| {
+        let escaped = c.is_control().then(|| c.escape_default());
+        let own = (!c.is_control()).then_some(c);
+        escaped.into_iter().flatten().chain(own)
+    };
+    text.chars().flat_map(escaped).collect()
 }
 
 fn unexpected(answer: Answer) -> Failure {
@@ -190,4 +203,15 @@ fn describe_robot(robot: &RobotStatus) -> String {
         text += &format!("    refused: {}\n", robot.refusal);
     }
     text
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_order_is_one_line_whatever_was_ordered() {
+        let text = on_one_line("clear x\n2026 bob: absent \u{1b}[2J\u{9b}0m 🚧");
+        assert_eq!(text, "clear x\\n2026 bob: absent \\u{1b}[2J\\u{9b}0m 🚧");
+    }
 }

@@ -6,6 +6,9 @@ use contract::floor::Floor;
 
 use crate::setup::{Index, Setup, SetupError, index};
 
+/// People read so many names in a sentence; of more they are told how many.
+const MOST_NAMED: usize = 10;
+
 /// A robot as the site file lists it.
 #[derive(Clone, Debug)]
 pub(crate) struct RobotName {
@@ -95,29 +98,51 @@ impl Names {
 
     /// Ids of areas, for people.
     pub(crate) fn area_list(&self, areas: impl IntoIterator<Item = usize>) -> String {
-        let ids: Vec<&str> = { areas.into_iter() }
-            .map(|area| self.areas[area].as_str())
-            .collect();
-        ids.join(", ")
+        listed(areas.into_iter().map(|area| &self.areas[area]))
     }
 
     /// Ids of robots, for people.
     pub(crate) fn robot_list(&self, robots: impl IntoIterator<Item = usize>) -> String {
-        let ids: Vec<&str> = { robots.into_iter() }
-            .map(|robot| self.robots[robot].id.as_str())
-            .collect();
-        ids.join(", ")
+        listed(robots.into_iter().map(|robot| &self.robots[robot].id))
     }
 
     /// Ids of all areas in alphabetical order, for people.
     pub(crate) fn all_areas(&self) -> String {
         let mut ids: Vec<&str> = self.areas.iter().map(String::as_str).collect();
         ids.sort_unstable();
-        ids.join(", ")
+        listed(ids)
     }
 
     /// Ids of all robots, for people.
     pub(crate) fn all_robots(&self) -> String {
         self.robot_list(0..self.robots.len())
+    }
+}
+
+/// Some things, for people: the first of them, and how many more there are, so that no sentence grows with the fleet.
+pub(crate) fn listed<T: fmt::Display>(all: impl IntoIterator<Item = T>) -> String {
+    let mut all = all.into_iter();
+    let first: Vec<String> = { all.by_ref().take(MOST_NAMED) }
+        .map(|own| own.to_string())
+        .collect();
+    let text = first.join(", ");
+    match all.count() {
+        0 => text,
+        more => format!("{text}, and {more} more"),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_many_the_first_are_named_and_the_others_counted() {
+        assert_eq!(listed(["a", "b"]), "a, b");
+        assert_eq!(listed(0..MOST_NAMED), "0, 1, 2, 3, 4, 5, 6, 7, 8, 9");
+        assert_eq!(
+            listed(0..1000),
+            "0, 1, 2, 3, 4, 5, 6, 7, 8, 9, and 990 more"
+        );
     }
 }

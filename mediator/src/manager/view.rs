@@ -1,11 +1,11 @@
 //! Why a robot waits, in sentences, from all parts of the manager at one time.
 
-use std::fmt::Write;
+use std::fmt;
 
 use super::areas::{Areas, Reservations};
 use super::coordinations::Coordinations;
 use super::error::UnknownRobot;
-use super::names::{Names, second_of};
+use super::names::{Names, RobotName, listed, second_of};
 use super::peers::Peers;
 use super::sessions::Sessions;
 use crate::nets::Kind;
@@ -18,6 +18,51 @@ pub(crate) struct View<'a> {
     pub(crate) areas: &'a Areas,
     pub(crate) coordinations: &'a Coordinations,
     pub(crate) now_ns: u64,
+}
+
+/// Whom a robot waits for, written only when it is read.
+enum Reason<'a> {
+    /// A second process of a robot, which is silent.
+    SilentSecond { id: &'a str, area: String },
+    /// One that is heard.
+    Second(&'a str),
+    /// A robot that has the area.
+    Body {
+        id: &'a str,
+        how: &'static str,
+        fence: Option<u64>,
+        silent: bool,
+    },
+    /// A robot that is let in first.
+    Before(&'a RobotName),
+}
+
+impl fmt::Display for Reason<'_> {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::SilentSecond { id, area } => write!(
+                f,
+                "{} (silent; look, and if no such body is there: `mediator clear {area} --taken-away`)",
+                second_of(id)
+            ),
+            Self::Second(id) => write!(f, "{} (standing there)", second_of(id)),
+            Self::Body {
+                id,
+                how,
+                fence,
+                silent,
+            } => {
+                write!(f, "{id} ({how}")?;
+                if let Some(fence) = fence {
+                    write!(f, ", fence {fence}")?;
+                }
+                f.write_str(if *silent { ", silent)" } else { ")" })
+            }
+            Self::Before(RobotName { id, role, .. }) => {
+                write!(f, "{id} ({role}, asked before it or goes first)")
+            }
+        }
+    }
 }
 
 impl View<'_> {
@@ -145,7 +190,7 @@ impl View<'_> {
                     + &format!("a coordination keeps it for {}", self.names.robot_id(other));
             }
         }
-        self.explain_others(robot, area, text)
+        text + &self.explain_others(robot, area)
     }
 
     /// Robots that have the area, and those of which a second process is in it.
@@ -157,67 +202,59 @@ impl View<'_> {
         (own.collect(), seconds.collect())
     }
 
-    /// Adds who is in the area, and who comes first.
-    fn explain_others(&self, robot: usize, area: usize, mut text: String) -> String {
-        let before = text.len();
-        // A string takes everything, so nothing is lost here.
-        let mut add = |reason: std::fmt::Arguments<'_>| {
-            if text.len() > before {
-                text.push_str(", ");
-            }
-            let _ = text.write_fmt(reason);
-        };
-        for other in self.areas.occupants(area) {
-            let (it, id) = (self.areas.robot(other), &self.names.robots()[other].id);
-            if it.seconds.are_silent_in(area, self.now_ns) {
-                add(format_args!(
-                    "{} (silent; look, and if no such body is there: `mediator clear {} --taken-away`)",
-                    second_of(id),
-                    self.names.area_id(area)
-                ));
-            } else if it.seconds.are_in(area) {
-                add(format_args!("{} (standing there)", second_of(id)));
-            }
-            if other == robot || !it.has(area) {
-                continue;
-            }
-            let heard = self.sessions.is_heard(other);
-            let silent = if heard { "" } else { ", silent" };
-            match it.claim(area) {
-                _ if it.intrudes(area) => add(format_args!("{id} (in it without a grant{silent})")),
-                Some(claim) if claim.is_entered() => {
-                    let is_in = it.stands_in(area) || !it.placed || !it.located;
-                    let where_it_is = if is_in {
-                        "in it"
-                    } else {
-                        "has left it, may come back"
-                    };
-                    add(format_args!(
-                        "{id} ({where_it_is}, fence {}{silent})",
-                        claim.fence
-                    ));
-                }
-                Some(claim) if claim.is_held() => {
-                    add(format_args!(
-                        "{id} (granted, fence {}{silent})",
-                        claim.fence
-                    ));
-                }
-                _ => add(format_args!("{id} (standing there{silent})")),
-            }
-        }
+    /// Who is in the area, and who comes first.
+    fn explain_others(&self, robot: usize, area: usize) -> String {
+        let inside = { self.areas.occupants(area) }.flat_map(|other| {
+            self.explain_second(other, area).into_iter().chain({
+                (other != robot)
+                    .then(|| self.explain_body(other, area))
+                    .flatten()
+            })
+        });
         let queue = &self.areas.area(area).queue;
-        for &other in queue.iter().take_while(|&&other| other != robot) {
-            let name = &self.names.robots()[other];
-            add(format_args!(
-                "{} ({}, asked before it or goes first)",
-                name.id, name.role
-            ));
+        let before = { queue.iter() }
+            .take_while(|&&other| other != robot)
+            .map(|&other| Reason::Before(&self.names.robots()[other]));
+        match listed(inside.chain(before)) {
+            nobody if nobody.is_empty() => "it is about to be granted".to_owned(),
+            others => others,
         }
-        if text.len() == before {
-            text.push_str("it is about to be granted");
+    }
+
+    /// Of a second process of a robot, if it is in the area.
+    fn explain_second(&self, robot: usize, area: usize) -> Option<Reason<'_>> {
+        let (it, id) = (self.areas.robot(robot), &self.names.robots()[robot].id);
+        if it.seconds.are_silent_in(area, self.now_ns) {
+            let area = self.names.area_id(area);
+            Some(Reason::SilentSecond { id, area })
+        } else {
+            it.seconds.are_in(area).then_some(Reason::Second(id))
         }
-        text
+    }
+
+    /// Of a robot, if it has the area.
+    fn explain_body(&self, robot: usize, area: usize) -> Option<Reason<'_>> {
+        let (it, id) = (self.areas.robot(robot), &self.names.robots()[robot].id);
+        if !it.has(area) {
+            return None;
+        }
+        let silent = !self.sessions.is_heard(robot);
+        let (how, fence) = match it.claim(area) {
+            _ if it.intrudes(area) => ("in it without a grant", None),
+            Some(claim) if claim.is_entered() => {
+                let is_in = it.stands_in(area) || !it.placed || !it.located;
+                let left = "has left it, may come back";
+                (if is_in { "in it" } else { left }, Some(claim.fence))
+            }
+            Some(claim) if claim.is_held() => ("granted", Some(claim.fence)),
+            _ => ("standing there", None),
+        };
+        Some(Reason::Body {
+            id,
+            how,
+            fence,
+            silent,
+        })
     }
 
     /// Why no net lets a robot into an area, if nothing else could.
@@ -239,11 +276,10 @@ impl View<'_> {
                 let id = self.names.area_id(area);
                 all.map(move |body| format!("{body} in {id}"))
             });
-            let inside: Vec<String> = inside.collect();
             return Some(format!(
                 "net {} decides, which starts when its areas are empty: {}",
                 plan.net,
-                inside.join(", ")
+                listed(inside)
             ));
         };
         let role = instance.role_of(robot);

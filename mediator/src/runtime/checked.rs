@@ -1,5 +1,7 @@
 //! What a message to the mediator must keep before anything is made of it, so that neither log nor work grow with what it contains.
 
+use std::borrow::Cow;
+
 use contract::decode;
 use contract::wire::{Control, RobotReport};
 use description::names::is_key_part;
@@ -70,6 +72,17 @@ pub(super) fn part_before_last(key: &str) -> Option<&str> {
 /// Of a length, and with characters, that logs and terminals of others can take.
 pub(super) fn is_text(text: &str) -> bool {
     text.len() <= LONGEST_TEXT && !text.chars().any(char::is_control)
+}
+
+/// What somebody has written, as logs, the journal and terminals of others can take it: of what is no text only the beginning, its
+/// control characters told by their numbers.
+pub(super) fn shown(text: &str) -> Cow<'_, str> {
+    const BEGINNING: usize = 60;
+    if is_text(text) {
+        return Cow::Borrowed(text);
+    }
+    let beginning = text.chars().take(BEGINNING).flat_map(char::escape_debug);
+    Cow::Owned(format!("\"{}…\"", beginning.collect::<String>()))
 }
 
 /// All that people may be told of, or the journal keeps; of a factsheet it keeps as much as it wants.

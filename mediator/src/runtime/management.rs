@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::fmt::Display;
 
-use super::checked::{LONGEST_TEXT, is_text};
+use super::checked::{LONGEST_TEXT, is_text, shown};
 use super::input::{Asker, Input, Reply};
 use super::orders::Orders;
 use super::question::{Answer, Question};
@@ -223,7 +223,8 @@ impl Management {
         // It comes into logs, and to terminals and robots of others.
         if let Some(found) = question.texts().find(|text| !is_text(text)) {
             return Answer::Refused(format!(
-                "{found:.60?} is longer than {LONGEST_TEXT} bytes, or has control characters"
+                "{} is longer than {LONGEST_TEXT} bytes, or has control characters",
+                shown(found)
             ));
         }
         let manager = &mut self.manager;

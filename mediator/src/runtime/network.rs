@@ -4,11 +4,12 @@
 
 use std::collections::HashMap;
 use std::sync::{Arc, Mutex, PoisonError};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 use contract::network::{LONGEST_MESSAGE, NetworkSettings};
 use contract::wire::{CertificateRequest, MediatorReport};
 use contract::{Message, decode, keys};
+use rustix::time::{ClockId, clock_gettime};
 use tokio::sync::mpsc::Sender;
 use zenoh::Wait;
 use zenoh::liveliness::LivelinessToken;
@@ -61,13 +62,19 @@ pub(super) struct Network {
 struct Protection {
     keys: Keys,
     registry: Registry,
-    /// When the mediator's own is half over.
-    renew_at: Instant,
+    /// When the mediator's own is half over, on [`clock`].
+    renew_at: Duration,
+}
+
+/// Time since the computer was switched on, while it slept too: a certificate grows old meanwhile.
+fn clock() -> Duration {
+    let now = clock_gettime(ClockId::Boottime);
+    Duration::try_from(now).unwrap_or_default()
 }
 
 impl Protection {
     fn is_over(&self) -> Result<bool, String> {
-        Ok(Instant::now() >= self.renew_at || self.keys.registry()? != self.registry)
+        Ok(clock() >= self.renew_at || self.keys.registry()? != self.registry)
     }
 }
 
@@ -106,7 +113,7 @@ impl Network {
             protection = Some(Protection {
                 keys: keys_of_site.clone(),
                 registry,
-                renew_at: Instant::now() + half,
+                renew_at: clock() + half,
             });
             let certificates = keys::all_certificates(prefix).map_err(name)?;
             let renewals = Mutex::new(Renewals::new(snapshot));

@@ -8,6 +8,7 @@ use std::time::Duration;
 
 use serde::{Deserialize, Serialize};
 
+use super::checked::shown;
 use crate::journal::OrderRecord;
 use crate::manager::Status;
 
@@ -61,20 +62,23 @@ pub enum Question {
     Orders,
 }
 
+/// As it is typed; it comes into the journal and to terminals of others, whatever somebody has sent.
 impl fmt::Display for Question {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Status => write!(f, "status"),
-            Self::Why { robot } => write!(f, "why {robot}"),
+            Self::Why { robot } => write!(f, "why {}", shown(robot)),
             Self::Clear { area, taken_away } => {
-                write!(f, "clear {area}{}", option(*taken_away))
+                write!(f, "clear {}{}", shown(area), option(*taken_away))
             }
-            Self::Close { area, why } if why.is_empty() => write!(f, "close {area}"),
-            Self::Close { area, why } => write!(f, "close {area} --because {why:?}"),
-            Self::Open { area } => write!(f, "open {area}"),
-            Self::End { coordination } => write!(f, "end {coordination}"),
+            Self::Close { area, why } if why.is_empty() => write!(f, "close {}", shown(area)),
+            Self::Close { area, why } => {
+                write!(f, "close {} --because {:?}", shown(area), shown(why))
+            }
+            Self::Open { area } => write!(f, "open {}", shown(area)),
+            Self::End { coordination } => write!(f, "end {}", shown(coordination)),
             Self::Absent { robot, taken_away } => {
-                write!(f, "absent {robot}{}", option(*taken_away))
+                write!(f, "absent {}{}", shown(robot), option(*taken_away))
             }
             Self::Orders => write!(f, "orders"),
         }

@@ -144,3 +144,25 @@ fn what_runs_goes_on_when_there_is_news_for_it_and_not_with_each_report() {
     let steps = fleet.manager.counters().steps - before.steps;
     assert!((1..2 * NETS as u64).contains(&steps), "{steps}");
 }
+
+/// A site opens, and all want the same area.
+#[test]
+fn why_a_robot_waits_is_told_in_a_sentence_however_many_wait() {
+    let mut fleet = Fleet::new(sites::idle(1000, 1));
+    let area = fleet.manager.status(fleet.now_ns).areas[1].id.clone();
+    fleet.now_ns += STEP_NS;
+    for robot in 0..fleet.robots.len() {
+        fleet.ask(robot, &["hall", &area]);
+    }
+    fleet.now_ns += 2 * LEVEL_PERIOD_NS;
+    fleet.manager.repeat_levels(fleet.now_ns);
+    let mut told = 0;
+    while let Some(message) = fleet.manager.next_message(fleet.now_ns) {
+        for own in &message.access {
+            let text = &own.waits_for;
+            assert!(text.len() < 1000, "{} bytes: {text}", text.len());
+            told += usize::from(text.contains("and ") && text.contains(" more"));
+        }
+    }
+    assert!(told > 0);
+}

@@ -104,6 +104,24 @@ fn a_text_that_could_move_somebodys_cursor_is_refused() {
         assert!(refused, "{answer:?}");
     }
     assert!(matches!(asked("3", "wet floor \u{1f6a7}"), Answer::Done(_)));
+    // Nor does it look like an order of somebody else to who reads what was ordered.
+    let line = "2026-01-01T12:00:00Z operator bob: absent amr-1: done: said";
+    let area = format!("x\n{line}{}", "x".repeat(3000));
+    let asked = Question::Clear {
+        area,
+        taken_away: true,
+    };
+    let answer = ask(&program.socket(), &asked).expect("it answers");
+    assert!(matches!(answer, Answer::Refused(_)), "{answer:?}");
+    let Ok(Answer::Orders(orders)) = ask(&program.socket(), &Question::Orders) else {
+        panic!("it tells what was ordered");
+    };
+    assert_eq!(orders.len(), 5, "{orders:?}");
+    for order in &orders {
+        let told = [&order.at, &order.who, &order.order, &order.answer];
+        let fits = |text: &String| text.len() < 400 && !text.chars().any(char::is_control);
+        assert!(told.into_iter().all(fits), "{order:?}");
+    }
     program.end();
 }
 
