@@ -71,7 +71,7 @@ pub struct Situation<'a> {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[cfg_attr(feature = "serde", derive(serde::Serialize, serde::Deserialize))]
 pub struct Limits {
-    /// States. Each takes some tens of bytes.
+    /// States. Each takes some tens of bytes and a bit for each place.
     pub states: usize,
     /// Steps from one state to another, over all states. Each takes eight bytes. And as many steps, which take some
     /// tens of bytes, of the ways that [`properties`](super::properties()) names to where transitions die.

@@ -3,6 +3,7 @@
 use thiserror::Error;
 
 use crate::analysis::Reason;
+use crate::petri::Executor;
 
 /// Why a net does not fit the protocols given.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
@@ -31,6 +32,12 @@ pub enum BindError {
     /// A place to be marked is none of the net.
     #[error("the net has no place or source number {place}")]
     UnknownPlace { place: u16 },
+    /// More events are to wait for a source than may.
+    #[error(
+        "{found} events are to wait for source {place}, of at most {}",
+        Executor::MAX_WAITING
+    )]
+    TooManyWait { place: u16, found: u32 },
     /// The analysis never looked at the state in which the net is to begin.
     #[error(
         "net `{net}` never comes to where it is to begin, so nothing is proved of that: marked are {marked}; set are {positions}"

@@ -31,6 +31,10 @@ impl Standing {
         let unknown = |place: PlaceId| vec![BindError::UnknownPlace { place: place.0 }];
         { executor.set_marking(&self.marked) }.map_err(|error| unknown(error.place))?;
         for &(source, count) in &self.waiting {
+            if count > Executor::MAX_WAITING {
+                let (place, found) = (source.0, count);
+                return Err(vec![BindError::TooManyWait { place, found }]);
+            }
             if !executor.set_waiting(source, count) {
                 return Err(unknown(source));
             }

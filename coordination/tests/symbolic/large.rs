@@ -1,9 +1,11 @@
 //! Searches in decision diagrams: their limits, and one after another.
 
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
-use coordination::analysis::{Limits, Reason, check};
+use coordination::analysis::{Limits, Reason, check, properties};
+use coordination::petri::NetModel;
 
+use super::families::referendum;
 use super::{each, nets::gate};
 
 /// As much as there is of everything.
@@ -64,4 +66,51 @@ fn a_search_that_needs_more_than_it_may_says_so() {
         assert_eq!(found, what);
         assert_eq!(refusal.trace, None);
     }
+}
+
+/// Each of its outputs might be marked already, which is asked of each with all that the transition needs.
+#[test]
+fn a_transition_with_very_many_places_on_both_sides_takes_no_more_than_it_may() {
+    const WIDE: usize = 16_000;
+    let mut net = NetModel::new("wide");
+    let [inputs, outputs] = ["in", "out"].map(|side| {
+        let name = |number| format!("{side} {number}");
+        (0..WIDE).map(name).collect::<Vec<_>>()
+    });
+    for place in inputs.iter().chain(&outputs) {
+        net.place(place);
+    }
+    inputs.iter().for_each(|place| {
+        net.mark(place);
+    });
+    let [from, to] =
+        [&inputs, &outputs].map(|all| all.iter().map(String::as_str).collect::<Vec<_>>());
+    net.transition("goes", &from, &to);
+    let limits = Limits {
+        states: 0,
+        ..Limits::default()
+    };
+    let refusal = properties(&net, &[], &limits, &[]).expect_err("it would take gigabytes");
+    let Reason::TooLarge { what, .. } = *refusal.reason else {
+        panic!("{refusal}");
+    };
+    assert_eq!(what, "nodes of decision diagrams");
+}
+
+/// What comes before the search is no work for minutes.
+#[test]
+fn a_search_for_which_there_is_no_time_is_over_soon_in_a_large_net_too() {
+    let limits = Limits {
+        states: 0,
+        time: Duration::from_secs(1),
+        ..Limits::default()
+    };
+    let (net, begun) = (referendum(20_000).model(), Instant::now());
+    let refusal = properties(&net, &[], &limits, &[]).expect_err("there is no time");
+    let Reason::TooLarge { what, .. } = *refusal.reason else {
+        panic!("{refusal}");
+    };
+    assert_eq!(what, "seconds of looking");
+    let took = begun.elapsed();
+    assert!(took < Duration::from_secs(60), "{took:?}");
 }

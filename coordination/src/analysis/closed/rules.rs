@@ -5,8 +5,9 @@ use super::rule::{Literal, Meaning, Numbers, Rule, Rules, Trap, TrapKind};
 use crate::protocol::Position;
 
 impl Closed<'_> {
-    /// The net's rules when at most `waiting` events may wait for a source.
-    pub(in crate::analysis) fn rules(&self, waiting: u8) -> Rules {
+    /// The net's rules when at most `waiting` events may wait for a source; none if what its steps must not find would take more than
+    /// `most` literals.
+    pub(in crate::analysis) fn rules(&self, waiting: u8, most: usize) -> Option<Rules> {
         let mut meanings: Vec<Meaning> = Vec::new();
         let mut positions: Vec<Vec<Meaning>> = Vec::new();
         for (bound, protocol) in self.bound.iter().zip(0..) {
@@ -36,7 +37,9 @@ impl Closed<'_> {
             meanings,
             waiting,
         };
+        let mut left = most;
         for transition in 0..self.transitions.len() as u32 {
+            left = left.checked_sub(self.trap_literals(transition))?;
             self.firing(transition, &mut rules);
         }
         for protocol in 0..self.uses.len() {
@@ -61,7 +64,15 @@ impl Closed<'_> {
             .map(|s| simple((s, true), Move::Empty(*s)));
         let more: Vec<Rule> = fills.chain(empties).collect();
         rules.rules.extend(more);
-        rules
+        Some(rules)
+    }
+
+    /// How many literals there are in the traps of a transition: each has the whole guard.
+    fn trap_literals(&self, transition: u32) -> usize {
+        let arcs = &self.transitions[transition as usize].1;
+        let unsure = |place: &&u32| !self.safe[**place as usize];
+        let traps = arcs.internal.iter().filter(unsure).count();
+        traps * (arcs.inputs.len() + arcs.sinks.len() + 1)
     }
 
     fn firing(&self, transition: u32, rules: &mut Rules) {

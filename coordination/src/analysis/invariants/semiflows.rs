@@ -60,7 +60,10 @@ pub(super) fn semiflows(
         .filter_map(|row| {
             let weights = row.weights.into_iter();
             let small = weights.map(|(place, weight)| Some((place, u32::try_from(weight).ok()?)));
-            small.collect()
+            let small: Option<Vec<_>> = small.collect();
+            // One with larger weights is left out.
+            is_complete &= small.is_some();
+            small
         })
         .collect();
     found.sort_unstable();
@@ -202,6 +205,24 @@ mod tests {
         let (found, is_complete) = semiflows(places, changes, &mut Work::new(u64::MAX));
         assert!(is_complete);
         found
+    }
+
+    /// Each place is worth two of the next.
+    #[test]
+    fn one_whose_weights_are_too_large_is_left_out_and_told() {
+        let changes = |levels: u32| -> Vec<Vec<(u32, i64)>> {
+            (0..levels)
+                .map(|place| vec![(place, -1), (place + 1, 2)])
+                .collect()
+        };
+        let found = |levels: u32| {
+            let places = levels as usize + 1;
+            semiflows(places, changes(levels), &mut Work::new(u64::MAX))
+        };
+        let (small, is_complete) = found(31);
+        assert_eq!((small.len(), is_complete), (1, true));
+        assert_eq!(small[0][0], (0, 1 << 31));
+        assert_eq!(found(33), (Vec::new(), false));
     }
 
     #[test]

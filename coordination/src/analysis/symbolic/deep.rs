@@ -62,7 +62,7 @@ pub(super) fn in_spaces<T>(
 ) -> Grown<Result<T, Fault>> {
     let begun = Instant::now();
     for waiting in [0, closed.max_waiting()] {
-        let space = Space::new(closed, waiting, limits, begun);
+        let space = Space::new(closed, waiting, limits, begun)?;
         match look(&space)? {
             Looked::All(all) => return Ok(Ok(all)),
             Looked::Fault(fault) => return Ok(Err(fault)),

@@ -2,12 +2,16 @@
 //! diagrams stay small.
 
 use std::cmp::Reverse;
+use std::collections::BTreeSet;
 
 use super::super::closed::rule::Rules;
 
 /// A variable that this many times as many rules touch as the mean comes last: else what it joins would
 /// be pulled apart. Each is tried.
 const HUB_TIMES: [usize; 3] = [4, 16, 64];
+
+/// A rule that touches more variables brings none of them near to another.
+const LARGEST_GROUP: usize = 512;
 
 /// `order[new]` is the old number: as declared or greedily, with or without some last, whichever
 /// keeps rules shortest and lowest.
@@ -63,36 +67,48 @@ fn greedy(variables: usize, groups: &[Vec<u32>], is_hub: impl Fn(u32) -> bool) -
             member[variable as usize].push(number as u32);
         }
     }
-    let mut near = vec![(0.0_f64, 0_usize); variables];
-    let mut left: Vec<u32> = (0..variables as u32).collect();
-    let mut order = Vec::with_capacity(variables);
-    while !left.is_empty() {
-        let nearest = |&variable: &u32| {
-            let (sum, touched) = near[variable as usize];
-            let among = member[variable as usize].len();
-            let nearness = sum / among.max(1) as f64;
-            (
-                if is_hub(variable) { -1.0 } else { nearness },
-                touched,
-                Reverse(among),
-            )
-        };
-        let mut best = 0;
-        for at in 1..left.len() {
-            if nearest(&left[at]) > nearest(&left[best]) {
-                best = at;
-            }
+    let place = |variable: u32, (sum, touched): (f64, usize)| {
+        let among = member[variable as usize].len();
+        let nearness = sum / among.max(1) as f64;
+        Place {
+            is_first: !is_hub(variable),
+            nearness_bits: nearness.to_bits(),
+            touched,
+            among: Reverse(among),
+            variable: Reverse(variable),
         }
-        let chosen = left.remove(best);
+    };
+    let mut near = vec![(0.0_f64, 0_usize); variables];
+    let all = 0..variables as u32;
+    let mut left: BTreeSet<Place> = all.map(|own| place(own, (0.0, 0))).collect();
+    let mut order = Vec::with_capacity(variables);
+    while let Some(Place { variable, .. }) = left.pop_last() {
+        let Reverse(chosen) = variable;
         order.push(chosen);
-        for &number in &member[chosen as usize] {
-            let group = &groups[number as usize];
+        let groups = { member[chosen as usize].iter() }.map(|&number| &groups[number as usize]);
+        for group in groups.filter(|group| group.len() <= LARGEST_GROUP) {
             for &other in group {
-                let (sum, touched) = &mut near[other as usize];
-                *sum += 1.0 / group.len() as f64;
-                *touched = order.len();
+                let own = &mut near[other as usize];
+                let is_left = left.remove(&place(other, *own));
+                own.0 += 1.0 / group.len() as f64;
+                own.1 = order.len();
+                if is_left {
+                    left.insert(place(other, *own));
+                }
             }
         }
     }
     order
+}
+
+/// Where a variable stands among those that are left: the last of them comes next.
+#[derive(PartialEq, Eq, PartialOrd, Ord)]
+struct Place {
+    is_first: bool,
+    /// Of a number that is not negative: they grow with it.
+    nearness_bits: u64,
+    touched: usize,
+    among: Reverse<usize>,
+    /// Of several alike the one that was declared first.
+    variable: Reverse<u32>,
 }

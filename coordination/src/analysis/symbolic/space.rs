@@ -8,6 +8,9 @@ use super::super::usage::Limits;
 use super::diagram::{Diagram, Exhausted, Grown, Set};
 use super::order::order;
 
+/// So many literals are looked at between two looks at the clock.
+const BREATH: usize = 8;
+
 /// A closed net with the diagram that its states are in.
 pub(super) struct Space<'a> {
     pub(super) closed: &'a Closed<'a>,
@@ -23,17 +26,19 @@ impl<'a> Space<'a> {
         waiting: u8,
         limits: &Limits,
         begun: Instant,
-    ) -> Self {
-        let mut rules = closed.rules(waiting);
+    ) -> Grown<Self> {
+        // A literal takes no more than a node.
+        let rules = closed.rules(waiting, limits.nodes);
+        let mut rules = rules.ok_or(Exhausted::Nodes)?;
         let order = order(&rules);
         rules.reorder(&order, closed);
         let diagram = Diagram::new(rules.meanings.len() as u32, limits.nodes);
-        Self {
+        Ok(Self {
             closed,
             rules,
             diagram,
             ends_at: begun.checked_add(limits.time),
-        }
+        })
     }
 
     pub(super) fn empty(&self) -> Set {
@@ -64,18 +69,11 @@ impl<'a> Space<'a> {
 
     /// The states that fulfil all of this.
     pub(super) fn that(&self, set: &Set, tests: &[Literal]) -> Grown<Set> {
-        let mut found = set.clone();
-        for test in tests {
-            found = match test.before {
-                None => continue,
-                Some(true) => found.with(test.variable)?,
-                Some(false) => found.without(test.variable)?,
-            };
-            if found.is_empty() {
-                break;
-            }
-        }
-        Ok(found)
+        self.one_by_one(set, tests, |found, test| match test.before {
+            None => Ok(found.clone()),
+            Some(true) => found.with(test.variable),
+            Some(false) => found.without(test.variable),
+        })
     }
 
     /// The states in which a rule applies.
@@ -85,12 +83,12 @@ impl<'a> Space<'a> {
 
     /// Where a rule leads from these states.
     pub(super) fn after(&self, set: &Set, rule: &Rule) -> Grown<Set> {
-        let mut at = forwards(set, &rule.guard)?;
+        let mut at = self.forwards(set, &rule.guard)?;
         for stage in &rule.stages {
             if at.is_empty() {
                 break;
             }
-            at = self.any_way(&at, stage, forwards)?;
+            at = self.any_way(&at, stage, Self::forwards)?;
         }
         Ok(at)
     }
@@ -102,25 +100,82 @@ impl<'a> Space<'a> {
             if at.is_empty() {
                 return Ok(at);
             }
-            at = self.any_way(&at, stage, backwards)?;
+            at = self.any_way(&at, stage, Self::backwards)?;
         }
-        backwards(&at, &rule.guard)
+        self.backwards(&at, &rule.guard)
     }
 
     fn any_way(
         &self,
         set: &Set,
         stage: &[Vec<Literal>],
-        way: fn(&Set, &[Literal]) -> Grown<Set>,
+        way: fn(&Self, &Set, &[Literal]) -> Grown<Set>,
     ) -> Grown<Set> {
         let [only] = stage else {
             let mut all = self.empty();
             for literals in stage {
-                all = all.union(&way(set, literals)?)?;
+                all = all.union(&way(self, set, literals)?)?;
             }
             return Ok(all);
         };
-        way(set, only)
+        way(self, set, only)
+    }
+
+    fn forwards(&self, set: &Set, literals: &[Literal]) -> Grown<Set> {
+        self.one_by_one(set, literals, |at, literal| {
+            let variable = literal.variable;
+            match (literal.before, literal.after) {
+                (Some(true), true) => at.with(variable),
+                (Some(true), false) => at.taken(variable),
+                (Some(false), false) => at.without(variable),
+                (Some(false), true) => at.without(variable)?.toggled(variable),
+                (None, true) => { at.without(variable)? }
+                    .union(&at.taken(variable)?)?
+                    .toggled(variable),
+                (None, false) => at.without(variable)?.union(&at.taken(variable)?),
+            }
+        })
+    }
+
+    fn backwards(&self, set: &Set, literals: &[Literal]) -> Grown<Set> {
+        self.one_by_one(set, literals, |at, literal| {
+            let variable = literal.variable;
+            match (literal.before, literal.after) {
+                (Some(true), true) => at.with(variable),
+                (Some(true), false) => at.without(variable)?.toggled(variable),
+                (Some(false), false) => at.without(variable),
+                (Some(false), true) => at.taken(variable),
+                (None, after) => {
+                    let without = match after {
+                        true => at.taken(variable)?,
+                        false => at.without(variable)?,
+                    };
+                    without.union(&without.toggled(variable)?)
+                }
+            }
+        })
+    }
+
+    /// What is left of a set after one literal after another. A rule may have thousands, each a walk through the whole diagram.
+    fn one_by_one(
+        &self,
+        set: &Set,
+        literals: &[Literal],
+        way: impl Fn(&Set, &Literal) -> Grown<Set>,
+    ) -> Grown<Set> {
+        let mut at = set.clone();
+        for (number, literals) in literals.chunks(BREATH).enumerate() {
+            if number > 0 {
+                self.breathe()?;
+            }
+            for literal in literals {
+                at = way(&at, literal)?;
+                if at.is_empty() {
+                    return Ok(at);
+                }
+            }
+        }
+        Ok(at)
     }
 }
 
@@ -133,50 +188,4 @@ impl Set {
             (space.empty(), self.clone())
         }
     }
-}
-
-fn forwards(set: &Set, literals: &[Literal]) -> Grown<Set> {
-    let mut at = set.clone();
-    for literal in literals {
-        let variable = literal.variable;
-        at = match (literal.before, literal.after) {
-            (Some(true), true) => at.with(variable)?,
-            (Some(true), false) => at.taken(variable)?,
-            (Some(false), false) => at.without(variable)?,
-            (Some(false), true) => at.without(variable)?.toggled(variable)?,
-            (None, true) => at
-                .without(variable)?
-                .union(&at.taken(variable)?)?
-                .toggled(variable)?,
-            (None, false) => at.without(variable)?.union(&at.taken(variable)?)?,
-        };
-        if at.is_empty() {
-            break;
-        }
-    }
-    Ok(at)
-}
-
-fn backwards(set: &Set, literals: &[Literal]) -> Grown<Set> {
-    let mut at = set.clone();
-    for literal in literals {
-        let variable = literal.variable;
-        at = match (literal.before, literal.after) {
-            (Some(true), true) => at.with(variable)?,
-            (Some(true), false) => at.without(variable)?.toggled(variable)?,
-            (Some(false), false) => at.without(variable)?,
-            (Some(false), true) => at.taken(variable)?,
-            (None, after) => {
-                let without = match after {
-                    true => at.taken(variable)?,
-                    false => at.without(variable)?,
-                };
-                without.union(&without.toggled(variable)?)?
-            }
-        };
-        if at.is_empty() {
-            break;
-        }
-    }
-    Ok(at)
 }

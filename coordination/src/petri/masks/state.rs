@@ -6,8 +6,7 @@ use super::layout::{BITS, Layout};
 use crate::petri::bits::{above, lowest};
 use crate::petri::id::PlaceId;
 
-/// Up to 64 transitions. What changes alternates with what does not: so a switch of blocks copies each
-/// word by itself, and does not wait until several that were just written can be read at once.
+/// Up to 64 transitions.
 #[derive(Clone, Copy, Debug)]
 #[repr(C)]
 pub(in crate::petri) struct Block {
