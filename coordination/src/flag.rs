@@ -1,4 +1,32 @@
-//! One condition, its changes, and what is told of them.
+//! Flags (the paper's Section 1.2): Boolean conditions over the data of an activity, and the events that their changes are.
+//!
+//! A [`Flag`] is one condition. Whoever evaluates the condition [sets](Flag::set) it, as often as it likes; what comes back is the
+//! [`Change`], if there is one. A [`Monitor`] turns a rise, a fall, or either into an event for a machine, a net or a queue. What a
+//! flag is at first is no change and so no event.
+//!
+//! A flag belongs to one activity. What two activities share is a symbol, or a flag of a [`protocol`](crate::protocol), which also says
+//! whose turn it is to set it.
+//!
+//! **Real time:** nothing here allocates, locks or makes a system call.
+//!
+//! ```
+//! use coordination::event::EventTable;
+//! use coordination::flag::{Edge, Flag, Monitor};
+//!
+//! let mut events = EventTable::new();
+//! let stop = Monitor::on_rise(events.intern("stop")?);
+//! let go = Monitor { edge: Edge::Fall, event: events.intern("go")? };
+//!
+//! let (mut blocked, near_m, mut fired) = (Flag::new(false), 0.3, Vec::new());
+//! for distance_m in [1.0, 0.2, 0.1, 0.8] {
+//!     if let Some(change) = blocked.set(distance_m < near_m) {
+//!         fired.extend([stop, go].iter().filter_map(|monitor| monitor.event_of(change)));
+//!     }
+//! }
+//! assert_eq!(fired, [stop.event, go.event]);
+//! assert_eq!(blocked.rises(), 1);
+//! # Ok::<(), coordination::event::TooManyEvents>(())
+//! ```
 
 use crate::event::EventId;
 
