@@ -394,27 +394,3 @@ fn states_behind_events_from_outside_are_part_of_a_route() {
     // Halts are where it halts.
     assert!(route.areas.len() < 14, "{:?}", route.areas);
 }
-
-/// As the file says it, robots are let in and floors are judged.
-#[test]
-fn priorities_and_their_ageing_come_from_the_site_file() {
-    let shipped = text("sites/overtaking");
-    let aged = shipped.replace("priority = 1\n", "priority = 3\nages_after = 5\n");
-    for (text, emergency) in [(&shipped, (1, 0)), (&aged, (3, 5))] {
-        let site = site(text);
-        let setup = Setup::of(&site).expect("a good site");
-        let plans = plans_of(&site, &setup, &[shipped_net("overtaking")]);
-        let floor = super::floor::Floor::new(&site, &plans);
-        for robot in &setup.robots {
-            let expected = match robot.role.as_str() {
-                "emergency" => emergency,
-                _ => (0, 0),
-            };
-            assert_eq!((robot.priority, robot.ages_after), expected, "{}", robot.id);
-            let route = { floor.routes.iter() }.find(|route| route.robot == robot.id);
-            let route = route.expect("it drives");
-            let (priority, ages_after) = expected;
-            assert_eq!((route.priority, route.ages), (priority, ages_after > 0));
-        }
-    }
-}
