@@ -53,6 +53,8 @@ pub enum Action {
     Restart(Left),
     /// An operator sees the area empty, and says so.
     Clear(u8),
+    /// An operator who takes one area for another says that this one is empty, in which a robot stands that has said so.
+    Mistake(u8),
     /// An operator carries a robot off the floor that is in no area, switches it off, and says that it is absent.
     Absent(u8),
     /// An operator carries the robot out of its areas, and says so.
@@ -103,6 +105,11 @@ impl fmt::Display for Action {
                 write!(f, "the mediator starts again with an empty journal")
             }
             Self::Clear(area) => write!(f, "an operator clears area {}", AREAS[usize::from(area)]),
+            Self::Mistake(area) => write!(
+                f,
+                "an operator clears area {}, and means another one",
+                AREAS[usize::from(area)]
+            ),
             Self::Absent(own) => write!(
                 f,
                 "an operator switches {} off, and says that it is absent",

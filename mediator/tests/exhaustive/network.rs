@@ -4,7 +4,7 @@ use contract::wire::MediatorReport;
 use contract::wire::RobotReport;
 use mediator::manager::Manager;
 
-use super::action::Fate;
+use super::action::{AREAS, Fate};
 use super::kept::Kept;
 use super::rules::{AFTER_ALL_NS, Rule};
 use super::world::{Message, World, now_ns};
@@ -46,6 +46,11 @@ impl World {
         }
         if fate == Fate::ReportLate {
             return;
+        }
+        if report.session > 0 {
+            let said = |area: &&str| report.stands_in.iter().any(|own| own == *area);
+            let areas = AREAS.iter().enumerate().filter(|(_, area)| said(area));
+            self.robots[robot].said_in = areas.fold(0, |bits, (area, _)| bits | 1 << area);
         }
         let mut messages = self.hear(report);
         if matches!(fate, Fate::AnswerLate | Fate::AnswerTwice) {

@@ -42,6 +42,7 @@ pub(super) fn manager(stored: &Stored, now_ns: u64, instance: u64) -> Manager {
 impl World {
     pub(super) fn restart(&mut self, left: Left) {
         self.starts += 1;
+        self.robots.iter_mut().for_each(|robot| robot.said_in = 0);
         let Journal { stored, before } = self.journal.get().clone();
         let mut stored = match left {
             Left::All => stored,
@@ -92,12 +93,22 @@ impl World {
         !area.holders.is_empty() && area.standing.is_empty()
     }
 
+    /// Whoever the mediator thinks is there is not: the operator sees the area empty.
     pub(super) fn clear(&mut self, area: u8) -> Option<()> {
+        self.clear_as(area, true)
+    }
+
+    /// The operator means another area, and has not seen that somebody was taken out of this one.
+    pub(super) fn mistake(&mut self, area: u8) -> Option<()> {
+        let is_not_asked = self.limits.without == Some(Rule::AsksTwice);
+        self.clear_as(area, is_not_asked)
+    }
+
+    fn clear_as(&mut self, area: u8, taken_away: bool) -> Option<()> {
         let (id, later_ns) = (AREAS[usize::from(area)], self.order_ns());
         let mut done = false;
         let messages = self.manage(|manager, now_ns| {
-            // Whoever the mediator thinks is there is not: the operator sees the area empty.
-            let of = manager.clear(id, true, now_ns + later_ns);
+            let of = manager.clear(id, taken_away, now_ns + later_ns);
             done = of.is_ok_and(|done| !done.of.is_empty());
         });
         self.deliver(messages);

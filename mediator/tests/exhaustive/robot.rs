@@ -21,6 +21,8 @@ pub struct Robot {
     pub body: u8,
     /// The area before which it can no longer stop, and until when it has entered or stands, by its own clock.
     pub committed: Option<(u8, u64)>,
+    /// A bit for each area in which it stands, as it has told the mediator that runs.
+    pub said_in: u8,
     /// That was a process before this one, which knows nothing of it.
     pub is_unaware: bool,
     pub is_cut: bool,
@@ -40,6 +42,7 @@ impl Robot {
             boots: 0,
             body: 0,
             committed: None,
+            said_in: 0,
             is_unaware: false,
             is_cut: false,
             talked: false,

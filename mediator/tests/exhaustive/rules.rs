@@ -17,6 +17,8 @@ pub enum Rule {
     EntersNoMore,
     /// Until then 0.1 s pass for clocks that differ.
     Drift,
+    /// Who clears an area in which a robot stands, as it has said, is asked whether it was taken away.
+    AsksTwice,
     /// A silent robot blocks its areas until an operator has looked.
     SilenceBlocks,
     /// A mediator that has started waits until every robot has said where it stands.
@@ -39,12 +41,13 @@ pub enum Rule {
 }
 
 impl Rule {
-    pub const ALL: [Self; 14] = [
+    pub const ALL: [Self; 15] = [
         Self::Grant,
         Self::Lease,
         Self::EntersWithin,
         Self::EntersNoMore,
         Self::Drift,
+        Self::AsksTwice,
         Self::SilenceBlocks,
         Self::Awaited,
         Self::BeforeStart,
@@ -66,7 +69,7 @@ impl Rule {
             Self::Fence => &[(1, FENCES, 0, 5)],
             Self::EntersNoMore => &[(1, AWAY, 1, 4)],
             Self::BeforeStart => &[(1, MEDIATOR, 1, 4)],
-            Self::Lease | Self::EntersWithin | Self::Drift => &[(1, AWAY, 1, 7)],
+            Self::Lease | Self::EntersWithin | Self::Drift | Self::AsksTwice => &[(1, AWAY, 1, 7)],
             Self::NewProcess => &[
                 (2, PROCESSES | MEDIATOR, 0, 3),
                 (2, SECOND | MEDIATOR, 0, 3),

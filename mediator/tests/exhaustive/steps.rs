@@ -74,6 +74,9 @@ impl World {
             .fold(0, |bodies, robot| bodies | robot.body);
         let empty = (0..2).filter(|area| bodies & 1 << area == 0);
         actions.extend(empty.map(Action::Clear));
+        let said = { self.robots[..2].iter() }.fold(0, |said, own| said | own.body & own.said_in);
+        let full = (0..2).filter(|area| said & 1 << area != 0);
+        actions.extend(full.map(Action::Mistake));
         for robot in &self.robots[..2] {
             let same = self.robots.iter().filter(|other| other.id() == robot.id());
             if same.clone().all(|other| other.body == 0) {
@@ -93,11 +96,11 @@ impl World {
 
     pub(super) fn step(&mut self, action: Action) -> Option<()> {
         let tick = self.tick;
-        use Action::{Absent, Clear, Crash, Cut, Mind, Restart, TakeAway};
+        use Action::{Absent, Clear, Crash, Cut, Mind, Mistake, Restart, TakeAway};
         match action {
             Cut(_) | Crash(_) | Mind(_) | Restart(_) | Action::Start(2) => self.limits.faults -= 1,
             Action::Talk(_, fate) if fate != Fate::Arrive => self.limits.faults -= 1,
-            Clear(_) | Absent(_) | TakeAway(_) => self.limits.orders -= 1,
+            Clear(_) | Mistake(_) | Absent(_) | TakeAway(_) => self.limits.orders -= 1,
             _ => {}
         }
         match action {
@@ -119,6 +122,7 @@ impl World {
             Action::Start(robot) => self.robot(robot).start(),
             Restart(left) => self.restart(left),
             Clear(area) => return self.clear(area),
+            Mistake(area) => return self.mistake(area),
             Absent(robot) => {
                 for own in self
                     .robots

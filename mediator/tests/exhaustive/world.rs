@@ -153,6 +153,7 @@ impl World {
                 boots,
                 body,
                 committed,
+                said_in,
                 is_unaware,
                 is_through,
                 is_cut,
@@ -160,6 +161,7 @@ impl World {
                 wants,
             } = robot;
             (client.as_ref().map(Kept::key), boots, body, committed).hash(&mut hasher);
+            said_in.hash(&mut hasher);
             (is_cut, talked, wants, is_through, is_unaware).hash(&mut hasher);
         }
         let late = self.late.as_ref().map(Kept::key);
