@@ -72,11 +72,6 @@ const COMMANDS: &[(&str, Run)] = &[
         "sudo -u onboard onboard inspect --runtime /run/onboard",
         Needs(BOARD),
     ),
-    ("grep xhci /proc/interrupts", Needs(BOARD)),
-    (
-        "echo 3 | sudo tee /proc/irq/NUMBER/smp_affinity_list",
-        Needs(BOARD),
-    ),
     ("sudo systemctl disable --now irqbalance", Needs(BOARD)),
     (
         "sudo systemctl mask sleep.target suspend.target hibernate.target hybrid-sleep.target",
