@@ -18,8 +18,8 @@ BELIEVED = ("A robot is believed to have a grant that the mediator does not know
             "mediator, as long as that grants nothing, and only with a larger fence than the journal knows.")
 BODY = ("A process that its journal does not know speaks for the robot's body only 5 s after that start, in a report that names a message sent "
         "then or later")
-SESSIONS = ("| `session` | above all that earlier epochs may have given out | with every process that is taken in for that robot, a million times in "
-            "an epoch | 2^62 |")
+SESSIONS = ("| `session` | a million times the `mediator_epoch`, and 1 | with every process of that robot to which one is offered, a million times "
+            "in an epoch | 2^62 |")
 
 
 def meet(fleet: Fleet, robot: PlayedRobot, epoch: int = 0) -> Any:
