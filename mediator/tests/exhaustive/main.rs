@@ -12,8 +12,9 @@
 //! or comes twice, also past later ones; a robot is cut off for any time; its process ends, and starts again at any time or
 //! never; the mediator starts again with its journal, with one that has lost the last write, or with an empty one; a second
 //! robot is given the identity of the first; a robot gives up where it was going; a report gives back a grant by the fence of the one
-//! before. An operator clears an area that he sees empty, or takes another one for it in which a robot stands that has said so, switches a robot off that is in no area and says that it is absent, or takes
-//! one that cannot drive out of its areas; that he does at any moment.
+//! before. An operator clears an area that he sees empty, or takes another one for it in which a robot stands that has said so,
+//! switches a robot off that is in no area and says that it is absent, or takes one that cannot drive out of its areas; that he does
+//! at any moment.
 //!
 //! **What is judged.** Never two bodies in one area. Fences by which robots enter grow, as long as no journal has lost any. And
 //! from one in 256 states, both robots get through both areas within half a minute once nothing goes wrong any more.

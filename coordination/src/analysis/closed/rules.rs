@@ -5,8 +5,8 @@ use super::rule::{Literal, Meaning, Numbers, Rule, Rules, Trap, TrapKind};
 use crate::protocol::Position;
 
 impl Closed<'_> {
-    /// The net's rules when at most `waiting` events may wait for a source; none if what its steps must not find would take more than
-    /// `most` literals.
+    /// The net's rules when at most `waiting` events may wait for a source; none if what its transitions must not find would take more
+    /// than `most` literals.
     pub(in crate::analysis) fn rules(&self, waiting: u8, most: usize) -> Option<Rules> {
         let mut meanings: Vec<Meaning> = Vec::new();
         let mut positions: Vec<Vec<Meaning>> = Vec::new();
@@ -67,12 +67,18 @@ impl Closed<'_> {
         Some(rules)
     }
 
+    /// The places that a transition fills, and of which no invariant says that they are empty then.
+    fn unsure(&self, transition: u32) -> impl Iterator<Item = u32> {
+        let internal = self.transitions[transition as usize].1.internal.iter();
+        internal
+            .copied()
+            .filter(|&place| !self.safe[place as usize])
+    }
+
     /// How many literals there are in the traps of a transition: each has the whole guard.
     fn trap_literals(&self, transition: u32) -> usize {
         let arcs = &self.transitions[transition as usize].1;
-        let unsure = |place: &&u32| !self.safe[**place as usize];
-        let traps = arcs.internal.iter().filter(unsure).count();
-        traps * (arcs.inputs.len() + arcs.sinks.len() + 1)
+        self.unsure(transition).count() * (arcs.inputs.len() + arcs.sinks.len() + 1)
     }
 
     fn firing(&self, transition: u32, rules: &mut Rules) {
@@ -92,8 +98,7 @@ impl Closed<'_> {
         }
         let new = |&place: &u32| Literal::turns(variable(place), false, true);
         guard.extend(arcs.sinks.iter().map(new));
-        let unsure = |place: &&u32| !self.safe[**place as usize];
-        for &place in arcs.internal.iter().filter(unsure) {
+        for place in self.unsure(transition) {
             let mut tests = guard.clone();
             tests.push(Literal::is(variable(place), true));
             let kind = TrapKind::Unsafe { transition, place };

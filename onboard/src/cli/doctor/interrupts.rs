@@ -56,32 +56,31 @@ fn comes_first(computer: &Computer, numbers: &[&str], priority: Option<u8>) -> F
 /// On a computer with slow cores these serve it, so that it takes no time from threads that have a fast one each.
 fn place(computer: &Computer, numbers: &[&str], slow: &[usize]) -> Finding {
     const SUBJECT: &str = "its cores";
-    let served = |number: &&&str| {
-        let list = computer.text(&format!("/proc/irq/{number}/effective_affinity_list"));
-        list.is_none_or(|list| !cores_of(&list).iter().all(|core| slow.contains(core)))
-    };
-    let lists = { numbers.iter() }
-        .filter_map(|number| computer.text(&format!("/proc/irq/{number}/effective_affinity_list")));
-    let mut lists: Vec<String> = lists.collect();
+    let (mut lists, mut elsewhere) = (Vec::new(), Vec::new());
+    for number in numbers {
+        let folder = format!("/proc/irq/{number}");
+        let list = computer.text(&format!("{folder}/effective_affinity_list"));
+        let is_slow = |list: &String| cores_of(list).iter().all(|core| slow.contains(core));
+        if !list.as_ref().is_some_and(is_slow) {
+            elsewhere.push(format!("{folder}/smp_affinity_list"));
+        }
+        lists.extend(list);
+    }
     lists.sort();
     lists.dedup();
     if lists.is_empty() {
         return Finding::unknown(SUBJECT, "the kernel does not tell");
     }
     let is = format!("cores {}", lists.join(", "));
-    let elsewhere: Vec<&str> = numbers.iter().filter(served).copied().collect();
     let Some(last) = slow.last().filter(|_| !elsewhere.is_empty()) else {
         return Finding::good(SUBJECT, is);
     };
-    let files: Vec<String> = { elsewhere.iter() }
-        .map(|number| format!("/proc/irq/{number}/smp_affinity_list"))
-        .collect();
     Finding::weak(
         SUBJECT,
         format!("{is}: it takes time from the robot's threads, which have the fast ones"),
         "a slow core",
     )
-    .with(format!("echo {last} | sudo tee {}", files.join(" ")))
+    .with(format!("echo {last} | sudo tee {}", elsewhere.join(" ")))
 }
 
 /// Of a list as the kernel writes it: `0-3,6`.
