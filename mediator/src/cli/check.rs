@@ -6,6 +6,7 @@ use std::path::Path;
 use config::{NetConfig, SiteConfig};
 use coordination::analysis::{Limits, Proof};
 use coordination::petri::Dot;
+use coordination::pnml::Document;
 use description::keys::quoted_list;
 
 use super::failure::Failure;
@@ -215,7 +216,12 @@ fn describe_net(net: &NetConfig) -> (String, bool) {
     }
 }
 
-pub(super) fn show(path: &Path, name: &str, situation: Option<&str>) -> Result<(), Failure> {
+pub(super) fn show(
+    path: &Path,
+    name: &str,
+    situation: Option<&str>,
+    pnml: bool,
+) -> Result<(), Failure> {
     load_site(path)?;
     let nets = nets(path)?;
     let known = |names: Vec<&str>| names.join(", ");
@@ -233,7 +239,14 @@ pub(super) fn show(path: &Path, name: &str, situation: Option<&str>) -> Result<(
             known(net.situations.iter().map(|own| own.id.as_str()).collect())
         ))
     })?;
-    say(&Dot::new(&model).to_string());
+    say(&if pnml {
+        let document = Document::new(&model);
+        document
+            .map_err(|error| Failure::Refused(format!("net `{name}`: {error}")))?
+            .to_string()
+    } else {
+        Dot::new(&model).to_string()
+    });
     Ok(())
 }
 

@@ -31,7 +31,7 @@ enum Command {
         #[arg(long, value_name = "FILE")]
         site: PathBuf,
     },
-    /// Print a net of the site as a DOT graph
+    /// Print a net of the site, as a DOT graph
     Show {
         /// Site file
         #[arg(long, value_name = "FILE")]
@@ -42,6 +42,9 @@ enum Command {
         /// Marking at the start of this situation [default: the first one]
         #[arg(long, value_name = "NAME")]
         situation: Option<String>,
+        /// As PNML instead (ISO/IEC 15909-2), for the Petri net tools of others
+        #[arg(long)]
+        pnml: bool,
     },
     /// Make and revoke the certificates of a site's mediator, robots and operators
     Keys {
@@ -124,7 +127,8 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             site,
             net,
             situation,
-        } => check::show(&site, &net, situation.as_deref()),
+            pnml,
+        } => check::show(&site, &net, situation.as_deref(), pnml),
         Command::Keys { command } => keys::run(command),
         Command::Run(arguments) => run::run(arguments),
         Command::Status { which, json } => status::status(&which, json),

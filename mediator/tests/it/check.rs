@@ -3,11 +3,14 @@
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-fn shipped(file: &str) -> String {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+fn config_file(file: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../config")
-        .join(file);
-    std::fs::read_to_string(path).expect("it ships")
+        .join(file)
+}
+
+fn shipped(file: &str) -> String {
+    std::fs::read_to_string(config_file(file)).expect("it ships")
 }
 
 /// What it prints of a site with the shipped nets, and how it ends.
@@ -179,5 +182,29 @@ fn two_gates_taken_in_opposite_order_are_a_failure_with_the_steps_that_lead_ther
         "`access-in`: let-one-in",
     ] {
         assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
+/// Other tools read it, and so do we, as the same net.
+#[test]
+fn a_net_is_shown_for_the_tools_of_others() {
+    let show = |site: &str, net: &str| {
+        let output = Command::new(env!("CARGO_BIN_EXE_mediator"))
+            .args(["show", "--pnml", "--net", net, "--site"])
+            .arg(config_file(&format!("sites/{site}")))
+            .output()
+            .expect("it runs");
+        let error = String::from_utf8_lossy(&output.stderr).into_owned();
+        assert!(output.status.success(), "{error}");
+        String::from_utf8(output.stdout).expect("UTF-8")
+    };
+    for name in ["overtaking", "docking", "t-junction"] {
+        let found = coordination::pnml::read(&show(&format!("{name}.toml"), name));
+        let found = found.unwrap_or_else(|error| panic!("{name}: {error}"));
+        let net =
+            config::load_net(config_file(&format!("nets/{name}.toml"))).expect("a shipped net");
+        let first = net.model(&net.situations[0].id).expect("its first one");
+        assert!(found.places().eq(first.places()), "{name}");
+        assert!(found.transitions().eq(first.transitions()), "{name}");
     }
 }
