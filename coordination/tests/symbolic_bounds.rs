@@ -7,6 +7,7 @@
 mod nets;
 
 use std::fs;
+use std::process::Command;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
@@ -126,4 +127,29 @@ fn a_gate_that_one_of_a_hundred_robots_does_not_give_back_is_refused() {
     assert_eq!(marked.len(), 100);
     assert!(marked.contains(&"r99 asks".to_owned()), "{refusal}");
     assert_eq!(refusal.trace.unwrap().steps.len(), 5 + 100);
+}
+
+/// As on 32 bits, where a stack as large as the library likes it may not be had.
+#[test]
+fn a_stack_that_cannot_be_had_is_a_refusal() {
+    const CASE: &str = "a_stack_that_cannot_be_had_is_a_refusal";
+    const VARIABLE: &str = "OXIDD_STACK_SIZE";
+    let told = std::env::var(VARIABLE).ok();
+    if told.as_deref() != Some(&*usize::MAX.to_string()) {
+        let this = std::env::current_exe().unwrap();
+        let output = Command::new(this)
+            .args(["--exact", CASE])
+            .env(VARIABLE, usize::MAX.to_string())
+            .output()
+            .unwrap();
+        assert!(output.status.success(), "{output:?}");
+        return;
+    }
+    let (net, uses) = gate(100);
+    let refusal = check(&net, &uses, &Limits::default()).unwrap_err();
+    let text = refusal.to_string();
+    assert!(
+        text.contains("bytes of stack") && text.contains(VARIABLE),
+        "{text}"
+    );
 }

@@ -16,6 +16,22 @@ const STACK: usize = if cfg!(target_pointer_width = "64") {
     1 << 26
 };
 
+/// What oxidd reads from the environment: how many bytes of stack its own thread has, which is idle here. It panics if there is no
+/// room for them, as in a process of 32 bits.
+const IDLE_STACK: &str = "OXIDD_STACK_SIZE";
+const IDLE_STACK_UNTOLD: usize = 1 << 30;
+
+fn idle_stack() -> usize {
+    let told = std::env::var(IDLE_STACK).ok();
+    { told.and_then(|told| told.parse().ok()) }.unwrap_or(IDLE_STACK_UNTOLD)
+}
+
+/// Whether there is room for both.
+fn is_room_for_idle_stack() -> bool {
+    let thread = std::thread::Builder::new().stack_size(idle_stack());
+    thread.spawn(|| ()).is_ok_and(|idle| idle.join().is_ok())
+}
+
 /// How a look at a space ends.
 pub(super) enum Looked<T> {
     All(T),
@@ -31,7 +47,13 @@ pub(super) fn deep<T: Send>(
 ) -> Result<T, Fault> {
     let looked = std::thread::scope(|scope| {
         let thread = std::thread::Builder::new().stack_size(STACK);
-        let running = thread.spawn_scoped(scope, look);
+        let running = thread.spawn_scoped(scope, || {
+            if is_room_for_idle_stack() {
+                look()
+            } else {
+                Err(Exhausted::Stack)
+            }
+        });
         running.map(|running| running.join())
     });
     let too_large = |what, limit| {
@@ -49,6 +71,10 @@ pub(super) fn deep<T: Send>(
         Ok(Ok(Err(Exhausted::Nodes))) => {
             Err(too_large("nodes of decision diagrams", limits.nodes as u64))
         }
+        Ok(Ok(Err(Exhausted::Stack))) => Err(too_large(
+            "bytes of stack, which are not to be had: fewer, with OXIDD_STACK_SIZE in the environment, may do",
+            idle_stack() as u64,
+        )),
         Ok(Err(panic)) => std::panic::resume_unwind(panic),
         Err(_) => Err(too_large("bytes of stack", STACK as u64)),
     }

@@ -13,11 +13,12 @@ use oxidd::{
 
 use super::super::kept::{HERE, Kept, NOWHERE};
 
-/// The time or the memory is used up.
+/// The time or the memory is used up, or there is none for a stack.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Exhausted {
     Nodes,
     Time,
+    Stack,
 }
 
 impl From<OutOfMemory> for Exhausted {
