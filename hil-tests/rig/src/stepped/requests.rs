@@ -104,7 +104,7 @@ impl Answered {
     fn is_at_a_bad_moment(&self, why: &Refusal) -> bool {
         let moment = matches!(
             why,
-            Refusal::MayMove | Refusal::ByHand | Refusal::AnotherReload
+            Refusal::MayMove | Refusal::ByHand | Refusal::Unmeasured | Refusal::AnotherReload
         );
         moment && self.wanted == Wanted::ByNobody
     }

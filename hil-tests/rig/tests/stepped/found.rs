@@ -137,6 +137,17 @@ fn a_robot_whose_sensors_are_frozen_while_it_loses_its_place_is_not_placed_befor
     );
 }
 
+/// Nobody sees it move meanwhile, so that it refuses to be placed, and is right.
+#[test]
+fn a_robot_whose_drive_is_silent_is_not_placed() {
+    passes(
+        r#"rig scenario overtaking --stepped --seed 880 --fault '{ at_s = 51.4, for_s = 11.351, what = "lose-frames", robot = "amr-2", share = 1.0 }' --fault '{ at_s = 58.059, for_s = 0.307, what = "place", robot = "amr-2" }'"#,
+    );
+    passes(
+        r#"rig scenario overtaking --stepped --seed 1934 --fault '{ at_s = 45.52, for_s = 0.334, what = "place", robot = "amr-2" }' --fault '{ at_s = 45.619, for_s = 0.763, what = "freeze-sensors", robot = "amr-2" }'"#,
+    );
+}
+
 /// It stops with its nose to the lay-by's wall.
 #[test]
 fn a_robot_that_finds_no_way_is_driven_out_by_hand_and_goes_on() {
