@@ -8,7 +8,9 @@ use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::time::{Duration, Instant};
 
-use rustix::process::{Pid, Signal, kill_process};
+use rustix::process::{
+    Pid, Signal, getpid, getppid, kill_process, set_parent_process_death_signal,
+};
 
 /// How long a process may take to end when it is asked to.
 const PATIENCE: Duration = Duration::from_secs(8);
@@ -44,12 +46,17 @@ impl Process {
             .stdout(Stdio::from(output.try_clone()?))
             .stderr(Stdio::from(output))
             .process_group(0);
-        // SAFETY: between fork and exec only one async-signal-safe system call is made: a rig that dies takes its
-        // processes with it.
+        let rig = getpid();
+        // SAFETY: between fork and exec only async-signal-safe system calls are made: a rig that dies takes its
+        // processes with it, also those whose signal it died too early for.
         unsafe {
-            command.pre_exec(|| {
-                rustix::process::set_parent_process_death_signal(Some(Signal::TERM))
-                    .map_err(io::Error::from)
+            command.pre_exec(move || {
+                set_parent_process_death_signal(Some(Signal::TERM))?;
+                if getppid() == Some(rig) {
+                    Ok(())
+                } else {
+                    Err(io::ErrorKind::BrokenPipe.into())
+                }
             });
         }
         Ok(Self {

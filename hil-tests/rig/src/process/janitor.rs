@@ -4,6 +4,7 @@
 use std::ffi::OsString;
 use std::fs;
 use std::io::{self, Read};
+use std::os::unix::ffi::OsStrExt;
 use std::os::unix::process::CommandExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, ExitCode, Stdio};
@@ -15,9 +16,10 @@ use onboard::process::runtime::Runtime;
 /// Hidden subcommand by which this program becomes a janitor.
 pub const SUBCOMMAND: &str = "__janitor";
 
-/// Robots and mediator end by themselves when the rig does, and remove their sockets last. The
-/// janitor waits at most this long for that.
+/// Robots and mediator end by themselves when the rig does. The janitor waits at most this long for that.
 const PATIENCE: Duration = Duration::from_secs(12);
+/// How often it looks.
+const LOOK: Duration = Duration::from_millis(50);
 
 /// A running janitor. Dropping it lets it remove the folder, and waits for that.
 #[derive(Debug)]
@@ -58,8 +60,9 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     // Nothing is ever written: it ends when the rig does.
     let _ = io::stdin().read_to_end(&mut Vec::new());
     let since = Instant::now();
-    while has_sockets(&folder) && since.elapsed() < PATIENCE {
-        std::thread::sleep(Duration::from_millis(50));
+    // One that was just starting has nothing in the folder yet, and would make it anew.
+    while is_used(&folder) && since.elapsed() < PATIENCE {
+        std::thread::sleep(LOOK);
     }
     for runtime in runtime_folders(&folder) {
         // Of robots that ran in the rig itself; the others have removed theirs.
@@ -80,13 +83,14 @@ fn runtime_folders(folder: &Path) -> impl Iterator<Item = PathBuf> {
     std::iter::once(folder.to_owned()).chain(below)
 }
 
-/// Whether a robot or the mediator still has its control socket in one of the folders below.
-fn has_sockets(folder: &Path) -> bool {
-    let entries = |path: &Path| fs::read_dir(path).into_iter().flatten().flatten();
-    entries(folder).any(|below| {
-        entries(&below.path()).any(|entry| {
-            let path = entry.path();
-            path.extension().is_some_and(|extension| extension == "ctl")
-        })
-    })
+/// Whether a process was started with something in this folder, as robots and mediator are.
+fn is_used(folder: &Path) -> bool {
+    let name = folder.as_os_str().as_bytes();
+    let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
+    processes
+        // `self` is there as well.
+        .filter_map(|process| Some((process.file_name().to_str()?.parse::<u32>().ok()?, process)))
+        .filter(|(id, _)| *id != std::process::id())
+        .filter_map(|(_, process)| fs::read(process.path().join("cmdline")).ok())
+        .any(|line| line.windows(name.len()).any(|part| part == name))
 }
