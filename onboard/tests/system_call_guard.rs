@@ -77,6 +77,28 @@ fn the_cases() {
     std::thread::sleep(Duration::from_millis(1));
 }
 
+/// A thread that is being guarded makes no call of its own before somebody looks: what allocates may make one, depending on how much is
+/// allocated already.
+#[test]
+fn a_thread_is_guarded_however_much_it_has_allocated() {
+    const THREADS: usize = 1000;
+    for number in 0..THREADS {
+        let (done, is_done) = channel();
+        std::thread::spawn(move || {
+            let kept = Vec::<u8>::with_capacity(64 * (number % 64) + 16);
+            std::mem::forget(std::hint::black_box(kept));
+            guard_this_thread("guarded").expect("the kernel has filters");
+            drop(File::open("/proc/self/stat").expect("a file"));
+            done.send(()).expect("awaited");
+        });
+        if is_done.recv_timeout(Duration::from_secs(20)).is_err() {
+            // One that hangs while it allocates keeps others from it: nothing can be said in words that are made up now.
+            let _ = rustix::io::write(rustix::stdio::stderr(), b"a thread that is guarded hangs\n");
+            std::process::abort();
+        }
+    }
+}
+
 #[test]
 fn a_thread_makes_its_own_calls_and_others_while_it_is_not_running() {
     let output = case("own");

@@ -10,13 +10,21 @@ pub mod rules;
 
 use std::io;
 use std::os::fd::{AsRawFd, FromRawFd, OwnedFd};
-use std::sync::mpsc;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicI32, Ordering};
+use std::time::Duration;
 
 use super::guard::{self, Mark};
 use rules::ALLOWED;
 
 /// Set to anything but `0` to arm the guard.
 pub const ENVIRONMENT_VARIABLE: &str = "ONBOARD_SYSTEM_CALL_GUARD";
+
+/// Instead of a descriptor: there is none yet, or there will be none, as the system calls say it.
+const NOT_YET: i32 = -2;
+const NONE: i32 = -1;
+/// How often a thread that is to look asks for it.
+const HANDED_OVER_WITHIN: Duration = Duration::from_millis(1);
 
 /// Whether the environment asks for the guard.
 #[must_use]
@@ -30,50 +38,56 @@ pub fn wanted() -> bool {
 /// The kernel's, when it has no such filters (before Linux 5.5), and the operating system's, when it has no thread to give.
 pub fn guard_this_thread(name: &str) -> io::Result<()> {
     let (name, running) = (name.to_owned(), guard::mark());
+    let handed_over = Arc::new(AtomicI32::new(NOT_YET));
+    let handed_to = Arc::clone(&handed_over);
     // It begins before there is a filter, which it would inherit.
-    let (sender, receiver) = mpsc::channel();
     std::thread::Builder::new()
         .name("system-calls".to_owned())
         .spawn(move || {
-            if let Ok(listener) = receiver.recv() {
-                let watched = Watched {
-                    name,
-                    running,
-                    listener,
-                };
-                watched.watch();
-            }
+            let listener = loop {
+                match handed_to.load(Ordering::Acquire) {
+                    NOT_YET => std::thread::sleep(HANDED_OVER_WITHIN),
+                    NONE => return,
+                    // SAFETY: a new file descriptor that nothing else knows.
+                    listener => break unsafe { OwnedFd::from_raw_fd(listener) },
+                }
+            };
+            let watched = Watched {
+                name,
+                running,
+                listener,
+            };
+            watched.watch();
         })?;
-    let listener = filter_this_thread()?;
-    sender
-        .send(listener)
-        .map_err(|_| io::Error::other("the thread that looks has ended"))
+    filter_this_thread(&handed_over)
 }
 
-/// `seccomp(2)` for this thread alone.
-fn filter_this_thread() -> io::Result<OwnedFd> {
+/// `seccomp(2)` for this thread alone. The listener goes to who looks in `handed_over`. From the filter to there nothing may be called that
+/// could be a system call, not even to allocate or release: nobody looks yet, and the thread would wait for ever.
+fn filter_this_thread(handed_over: &AtomicI32) -> io::Result<()> {
     let mut filter = rules::filter();
     let program = libc::sock_fprog {
         len: u16::try_from(filter.len()).expect("a few instructions for each allowed call"),
         filter: filter.as_mut_ptr(),
     };
     // SAFETY: plain numbers; it lets a thread without privileges filter itself.
-    if unsafe { libc::prctl(libc::PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) } != 0 {
-        return Err(io::Error::last_os_error());
-    }
+    let may = unsafe { libc::prctl(libc::PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0) } == 0;
     // SAFETY: the kernel copies the program, which outlives the call.
-    let listener = unsafe {
+    let result = may.then(|| unsafe {
         libc::syscall(
             libc::SYS_seccomp,
             libc::SECCOMP_SET_MODE_FILTER,
             libc::SECCOMP_FILTER_FLAG_NEW_LISTENER,
             &raw const program,
         )
-    };
-    match i32::try_from(listener) {
-        // SAFETY: a new file descriptor that nothing else knows.
-        Ok(listener) if listener >= 0 => Ok(unsafe { OwnedFd::from_raw_fd(listener) }),
-        _ => Err(io::Error::last_os_error()),
+    });
+    let listener = result.and_then(|own| i32::try_from(own).ok());
+    let listener = listener.unwrap_or(NONE);
+    handed_over.store(listener, Ordering::Release);
+    if listener == NONE {
+        Err(io::Error::last_os_error())
+    } else {
+        Ok(())
     }
 }
 
