@@ -125,6 +125,8 @@ impl Bench {
     /// Stops everything. Returns what it came to, the summary, and the report.
     pub fn finish(self, ending: &Ending) -> (Result<(), Failure>, serde_json::Value, String) {
         let out = self.folder.path().join("out");
+        // Seen if the test fails.
+        println!("{}", self.logs());
         let result = rig::run::finish(self.run, &out, ending);
         let text = |name: &str| std::fs::read_to_string(out.join(name)).expect(name);
         let summary = serde_json::from_str(&text("summary.json")).expect("JSON");
@@ -141,7 +143,7 @@ impl Bench {
                 format!(
                     "{}:\n{}\n",
                     path.display(),
-                    rig::process::log_tail(&path, 20)
+                    rig::process::log_tail(&path, 40)
                 )
             })
             .collect()
