@@ -64,19 +64,57 @@ impl State {
         left: &mut Allowance,
         on_fire: impl FnMut(usize),
     ) -> bool {
-        if left.firings == 0 || left.rounds == 0 {
-            return self.is_any_enabled(layout);
+        let enabled = self.is_any_enabled(layout);
+        if left.firings == 0 || left.rounds == 0 || !enabled {
+            return enabled;
         }
         match (self.is_one_block(), layout.has_ports) {
-            (true, false) => self.rounds::<false, false>(layout, ports, left, on_fire),
-            (true, true) => self.rounds::<false, true>(layout, ports, left, on_fire),
-            (false, false) => self.rounds::<true, false>(layout, ports, left, on_fire),
-            (false, true) => self.rounds::<true, true>(layout, ports, left, on_fire),
+            (true, false) => self.run_one_block::<false>(layout, ports, left, on_fire),
+            (true, true) => self.run_one_block::<true>(layout, ports, left, on_fire),
+            (false, false) => self.run_blocks::<false>(layout, ports, left, on_fire),
+            (false, true) => self.run_blocks::<true>(layout, ports, left, on_fire),
         }
     }
 
-    /// `SEVERAL` blocks, and `PORTS`, or none.
-    fn rounds<const SEVERAL: bool, const PORTS: bool>(
+    /// The only block, from the next on, which is known. It stays in registers from round to round.
+    fn run_one_block<const PORTS: bool>(
+        &mut self,
+        layout: &Layout,
+        ports: &mut Ports,
+        left: &mut Allowance,
+        mut on_fire: impl FnMut(usize),
+    ) -> bool {
+        let all = &layout.rows[..self.now.end];
+        let mut outside = Outside::of::<PORTS>(layout, ports, &self.now);
+        let mut board = Board::of(self);
+        let mut lane = self.next;
+        let next = loop {
+            // A round: until none is ready that has not fired in it.
+            let last = loop {
+                let last =
+                    board.run::<PORTS>(all, &mut outside, lane, &mut left.firings, &mut on_fire);
+                match board.search(all, board.fresh) {
+                    Some(ready) if left.firings > 0 => lane = ready,
+                    _ => break last,
+                }
+            };
+            self.last = last;
+            board.fresh = !0;
+            left.rounds -= 1;
+            let behind = board.search(all, above(last));
+            match behind.or_else(|| board.search(all, !0)) {
+                Some(next) if left.firings > 0 && left.rounds > 0 => lane = next,
+                next => break next,
+            }
+        };
+        self.now.marks = board.marks;
+        self.now.todo = board.todo;
+        self.next = next.unwrap_or(Self::UNKNOWN);
+        next.is_some()
+    }
+
+    /// Block by block, from the next transition on, which is known.
+    fn run_blocks<const PORTS: bool>(
         &mut self,
         layout: &Layout,
         ports: &mut Ports,
@@ -84,19 +122,21 @@ impl State {
         mut on_fire: impl FnMut(usize),
     ) -> bool {
         loop {
-            self.load_last(layout);
+            let mut lane = Some(self.next - self.now.first);
             self.next = Self::UNKNOWN;
-            let mut from = above(self.last - self.now.first);
             loop {
-                let firings = &mut left.firings;
-                let on_fire = &mut on_fire;
-                self.run_block::<SEVERAL, PORTS>(layout, ports, from, firings, on_fire);
-                from = !0;
-                if left.firings == 0 || !SEVERAL || !self.next_block(layout, |block| block.fresh) {
+                self.run_block::<PORTS>(
+                    layout,
+                    ports,
+                    lane.take(),
+                    &mut left.firings,
+                    &mut on_fire,
+                );
+                if left.firings == 0 || !self.next_block(layout, |block| block.fresh) {
                     break;
                 }
             }
-            self.begin_round::<SEVERAL>();
+            self.begin_round();
             left.rounds -= 1;
             let enabled = self.is_any_enabled(layout);
             if left.firings == 0 || left.rounds == 0 || !enabled {
@@ -105,14 +145,14 @@ impl State {
         }
     }
 
-    /// Fires those of the block that runs that are ready, in order, first those in `from`; if it is the
-    /// only block until none is ready, else until none behind the last is, or `left` is used up.
+    /// Fires those of the block that runs that are ready, in order, from this one on if it is known, until none
+    /// behind the last is, or `left` is used up.
     #[inline(always)]
-    fn run_block<const SEVERAL: bool, const PORTS: bool>(
+    fn run_block<const PORTS: bool>(
         &mut self,
         layout: &Layout,
         ports: &mut Ports,
-        from: u64,
+        lane: Option<usize>,
         left: &mut u32,
         mut on_fire: impl FnMut(usize),
     ) {
@@ -120,44 +160,29 @@ impl State {
         let all = &layout.rows[first..self.now.end];
         let mut outside = Outside::of::<PORTS>(layout, ports, &self.now);
         let mut board = Board::of(self);
-        let mut next = board.search(all, board.fresh & from);
-        if next.is_none() && !SEVERAL {
-            next = board.search(all, board.fresh);
-        }
-        let has_fired = next.is_some();
-        while let Some(lane) = next {
+        // Other blocks come before the beginning of this one.
+        if let Some(lane) = lane.or_else(|| board.search(all, board.fresh)) {
             let on_fire = |lane| on_fire(first + lane);
             let last = board.run::<PORTS>(all, &mut outside, lane, left, on_fire);
             self.last = first + last;
-            // Other blocks come before the beginning of this one.
-            if SEVERAL || *left == 0 {
-                break;
-            }
-            next = board.search(all, board.fresh);
+            self.last_block = self.block;
+            self.used |= 1 << self.block;
         }
         self.now.marks = board.marks;
         self.now.todo = board.todo;
         self.now.fresh = board.fresh;
-        if SEVERAL {
-            if has_fired {
-                self.last_block = self.block;
-                self.used |= 1 << self.block;
-            }
-            self.set_active(board.todo & board.fresh != 0);
-        }
+        self.set_active(board.todo & board.fresh != 0);
     }
 
     /// Lets every transition fire again.
     #[inline(always)]
-    fn begin_round<const SEVERAL: bool>(&mut self) {
+    fn begin_round(&mut self) {
         self.now.fresh = !0;
-        if SEVERAL {
-            while let Some(used) = lowest(self.used) {
-                self.used &= self.used - 1;
-                self.active |= 1 << used;
-                if used != self.block {
-                    self.blocks[used].fresh = !0;
-                }
+        while let Some(used) = lowest(self.used) {
+            self.used &= self.used - 1;
+            self.active |= 1 << used;
+            if used != self.block {
+                self.blocks[used].fresh = !0;
             }
         }
     }
