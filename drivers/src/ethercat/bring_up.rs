@@ -6,13 +6,13 @@ use super::error::{BringUpError, Phase, ProcessData};
 use super::expectation::{BringUpOptions, Expectation, FoundSubDevice};
 use super::links::Link;
 use super::sub_device::{
-    FIRST_ADDRESS, Group, MAX_IMAGE, MAX_SUB_DEVICES, PROCESS_DATA_WKC, read_status, request_state,
+    FIRST_ADDRESS, Group, MAX_SUB_DEVICES, PROCESS_DATA_WKC, UnmappedGroup, read_status,
+    request_state,
 };
 use super::transport::{Channel, Patience, Pump, Resend, Stopped};
 use super::watchdog;
 use ethercrab::error::Error;
-use ethercrab::subdevice_group::PreOp;
-use ethercrab::{Command, DefaultLock, MainDevice, RegisterAddress, SubDeviceGroup};
+use ethercrab::{Command, MainDevice, RegisterAddress};
 use std::pin::pin;
 use std::sync::Arc;
 use std::time::Duration;
@@ -205,20 +205,22 @@ impl Steps {
         Ok(address == FIRST_ADDRESS)
     }
 
-    fn initialise(
-        &mut self,
-    ) -> Result<SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOp>, BringUpError> {
+    fn initialise(&mut self) -> Result<UnmappedGroup, BringUpError> {
         let clock = Arc::clone(&self.pump.clock);
         self.run(Phase::Initialising, async |main_device| {
             main_device
-                .init_single_group::<MAX_SUB_DEVICES, MAX_IMAGE>(|| clock.now_ns())
+                .init::<MAX_SUB_DEVICES, _>(
+                    || clock.now_ns(),
+                    UnmappedGroup::default(),
+                    |group, _| Ok(group),
+                )
                 .await
         })
     }
 
     fn identify(
         &mut self,
-        group: &SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOp>,
+        group: &UnmappedGroup,
         expected: &Expectation,
     ) -> Result<FoundSubDevice, BringUpError> {
         let link = self.pump.describe();
@@ -272,11 +274,7 @@ impl Steps {
         })
     }
 
-    fn map(
-        &mut self,
-        group: SubDeviceGroup<MAX_SUB_DEVICES, MAX_IMAGE, DefaultLock, PreOp>,
-        expected: &Expectation,
-    ) -> Result<Group, BringUpError> {
+    fn map(&mut self, group: UnmappedGroup, expected: &Expectation) -> Result<Group, BringUpError> {
         let (group, outputs, inputs) = self.run(Phase::Mapping, async |main_device| {
             let group = group.into_pre_op_pdi(main_device).await?;
             let sub_device = group.subdevice(main_device, 0)?;
