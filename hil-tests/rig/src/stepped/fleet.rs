@@ -130,6 +130,7 @@ impl<'a> Stepped<'a> {
                     devices,
                     starts_ns: START_NS + delay_ns,
                     robot: None,
+                    killed: None,
                     gone: false,
                     ahead_ns: drawn_ahead_ns(&mut clocks),
                     checkpoints: Checkpoints::default(),
@@ -300,8 +301,17 @@ impl<'a> Stepped<'a> {
         let motors_off = self.faults.lasts(ScriptedKind::CutMotors, Some(number));
         let member = &mut self.robots[number];
         let running = member.robot.as_mut().filter(|_| !hangs);
-        let step = || running.into_iter().for_each(|robot| robot.step(now_ns));
-        member.devices.step(now_ns, step);
+        let killed = member.killed.take();
+        member.devices.step(now_ns, || match (running, killed) {
+            (Some(robot), None) => robot.step(now_ns),
+            (Some(robot), Some(_)) => robot.step_in_part(now_ns),
+            (None, _) => {}
+        });
+        if let Some(what) = killed {
+            self.lose_process(number, what, now_ns);
+            return;
+        }
+        let member = &mut self.robots[number];
         if let Some(robot) = &member.robot {
             let exchanges = motors_off.then(|| member.devices.drive().setpoints);
             (member.motors_off).look(exchanges, robot.resets_asked());

@@ -33,7 +33,7 @@ impl Stepped<'_> {
         let again = !begins && !self.faults.lasts(what, robot);
         match (what, robot) {
             (ScriptedKind::KillRobot | ScriptedKind::RebootRobot, Some(number)) if begins => {
-                self.kill_robot(number, what, now_ns);
+                self.kill_robot(number, what);
             }
             (ScriptedKind::LoseNetwork, Some(number)) => {
                 self.network.lose_interface(number, !again);

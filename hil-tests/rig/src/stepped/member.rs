@@ -10,6 +10,7 @@ use super::motors_off::MotorsOff;
 use super::reloading::Reloading;
 use super::robot::SteppedRobot;
 use super::sending_on::SendingOn;
+use crate::scenario::ScriptedKind;
 use crate::stand_ins::caretaker::Caretaker;
 
 /// One of the robots.
@@ -19,6 +20,8 @@ pub(super) struct Member {
     pub(super) starts_ns: u64,
     /// None before it starts, and while it is killed.
     pub(super) robot: Option<SteppedRobot>,
+    /// It is killed in the next step, by this.
+    pub(super) killed: Option<ScriptedKind>,
     /// It was carried away for good.
     pub(super) gone: bool,
     /// How far its computer's clock was ahead when its process was killed.

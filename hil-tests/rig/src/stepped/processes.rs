@@ -15,8 +15,16 @@ use crate::scenario::{STARTED_AGAIN_S, ScriptedKind};
 const STARTED_AGAIN_NS: u64 = (STARTED_AGAIN_S * 1e9) as u64;
 
 impl Stepped<'_> {
-    /// A robot's process is killed, or its computer loses its power.
-    pub(super) fn kill_robot(&mut self, number: usize, what: ScriptedKind, now_ns: u64) {
+    /// A robot's process is killed, or its computer loses its power, in the step that is to come.
+    pub(super) fn kill_robot(&mut self, number: usize, what: ScriptedKind) {
+        let killed = &mut self.robots[number].killed;
+        // Who loses power loses more than who is killed.
+        *killed = killed
+            .filter(|own| *own == ScriptedKind::RebootRobot)
+            .or(Some(what));
+    }
+
+    pub(super) fn lose_process(&mut self, number: usize, what: ScriptedKind, now_ns: u64) {
         self.remember_state(number);
         let member = &mut self.robots[number];
         if what != ScriptedKind::KillRobot {
@@ -30,7 +38,7 @@ impl Stepped<'_> {
 
     /// A robot's process is killed, and its service starts the next one.
     pub(super) fn restart_robot(&mut self, number: usize, now_ns: u64) {
-        self.kill_robot(number, ScriptedKind::KillRobot, now_ns);
+        self.kill_robot(number, ScriptedKind::KillRobot);
         let member = &mut self.robots[number];
         member.starts_ns = { member.starts_ns }.max(now_ns + STARTED_AGAIN_NS);
     }

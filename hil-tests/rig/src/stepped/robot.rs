@@ -33,6 +33,7 @@ use super::checkpoints::Checkpoints;
 use super::clock::{OwnClock, shown_ns};
 use super::desk::SteppedDesk;
 use super::devices::Devices;
+use super::faults::below;
 use super::late::Late;
 use super::late::Lateness;
 use super::leave::Leave;
@@ -284,25 +285,11 @@ impl SteppedRobot {
 
     /// Everything that is due in the step that begins at `world_ns`.
     pub fn step(&mut self, world_ns: u64) {
-        let Some([now_ns, end_ns]) = self.clock.step(world_ns) else {
+        let Some(step) = self.begin(world_ns) else {
             return;
         };
-        let step = Step {
-            begin_ns: now_ns,
-            end_ns,
-            world_ns,
-        };
-        if let Some(leave) = &mut self.leave {
-            leave.cycle(now_ns);
-        }
-        if !self.hung.iter().any(|name| name == DESK) {
-            self.desk.step(now_ns);
-        }
-        for thread in &mut self.threads {
-            if !self.hung.contains(&thread.name) {
-                thread.go_on(step, &self.late, &mut self.random);
-            }
-        }
+        let now_ns = step.begin_ns;
+        self.run_threads(step, usize::MAX);
         self.kept.attend(now_ns);
         let hangs = self.hung.iter().any(|name| name == SUPERVISOR);
         let supervised = !self.ends.is_unsupervised(now_ns) && !hangs;
@@ -324,6 +311,38 @@ impl SteppedRobot {
             let mut next = self.requests.next(lent());
             if self.supervisor.turn(now_ns, self.ends.told, || next.take()) {
                 self.ends.stop(&mut self.supervisor, now_ns);
+            }
+        }
+    }
+
+    /// Its process is killed in this step: some of its threads, drawn, have had their turn.
+    pub fn step_in_part(&mut self, world_ns: u64) {
+        let threads = below(&mut self.random, self.threads.len() + 1);
+        if let Some(step) = self.begin(world_ns) {
+            self.run_threads(step, threads);
+        }
+    }
+
+    fn begin(&mut self, world_ns: u64) -> Option<Step> {
+        let [begin_ns, end_ns] = self.clock.step(world_ns)?;
+        if let Some(leave) = &mut self.leave {
+            leave.cycle(begin_ns);
+        }
+        if !self.hung.iter().any(|name| name == DESK) {
+            self.desk.step(begin_ns);
+        }
+        Some(Step {
+            begin_ns,
+            end_ns,
+            world_ns,
+        })
+    }
+
+    /// The first ones go on.
+    fn run_threads(&mut self, step: Step, count: usize) {
+        for thread in self.threads.iter_mut().take(count) {
+            if !self.hung.contains(&thread.name) {
+                thread.go_on(step, &self.late, &mut self.random);
             }
         }
     }
