@@ -405,7 +405,7 @@ fn areas_that_an_operator_clears_stay_empty() {
 /// Robots that waited for ever, and people who were told what is not so.
 #[test]
 fn what_ten_thousand_runs_have_found_stays_mended() {
-    let found: [(u64, Place, u64, Faults); 12] = [
+    let found: [(u64, Place, u64, Faults); 14] = [
         // The journal has lost the grants of two robots, of whom one is heard only after another start.
         (361, Floor::ring, 6_000, CLEARED),
         (2092, Floor::ring, 4_000, Faults::ALL),
@@ -428,6 +428,9 @@ fn what_ten_thousand_runs_have_found_stays_mended() {
         (307, Floor::docking, 6_000, POSES),
         // One kept its lease by a spare mediator, and was cleared away by its own one, which did not hear it.
         (373, Floor::docking, 15_000, SPARE.and_orders()),
+        // Two mediators stood by for each other's robots, and ended that together again and again.
+        (2481, Floor::ring, 6_000, BOTH),
+        (147, Floor::ring, 6_000, BOTH.and_orders()),
     ];
     for (seed, floor, settle_ms, faults) in found {
         let mut random = Random::new(seed);

@@ -17,17 +17,30 @@ struct Follower {
     boot_epoch: u64,
     sequence: u64,
     heard_ns: u64,
-    /// Instance and epoch; none while it hears nobody.
-    follows: Option<(u64, u64)>,
+    /// Instance and epoch of the mediator that it names.
+    names: Option<(u64, u64)>,
+    /// It hears that one, which does not stand by.
+    follows: bool,
     /// For its sake all are not asked again before.
     asks_again_ns: u64,
     /// They are to be asked then.
     asks: bool,
 }
 
+/// How many robots.
+#[derive(Clone, Copy, Debug, Default)]
+struct Count {
+    name: usize,
+    follow: usize,
+}
+
 /// For the sake of one robot all are asked what they have once in this time: one that lies again and again must not have all
 /// register again and again. Nor does a mediator stop standing by sooner after all were asked last.
 const ASK_PAUSE_NS: u64 = 2_000_000_000;
+
+/// Two that stand by for each other's sake must not end that at the same time again and again: the one that fewer robots name waits so much
+/// longer.
+const YIELD_NS: u64 = 2_000_000_000;
 
 /// For robots' sake the epoch grows by at most this much in the life of a process, so that also those follow that have heard its
 /// first one only. The rest of [`EPOCH_STEP`] is for those that it takes by itself, one in [`ASK_PAUSE_NS`].
@@ -45,10 +58,10 @@ pub(crate) struct Peers {
     first_epoch: u64,
     silent_after_ns: u64,
     followers: Vec<Follower>,
-    /// Robots that follow somebody and are not silent, by when they were heard.
+    /// Robots that name somebody and are not silent, by when they were heard.
     heard: BTreeSet<(u64, usize)>,
-    /// How many of these follow each instance, by its epoch.
-    counts: BTreeMap<(u64, u64), usize>,
+    /// How many of these name each instance, by its epoch.
+    counts: BTreeMap<(u64, u64), Count>,
     /// Robots and counts looked at since the start.
     pub(crate) looks: u64,
     /// Another one goes on.
@@ -175,37 +188,45 @@ impl Peers {
         if old && !is_known {
             return false;
         }
-        let follows = if before {
+        let (names, follows) = if before {
             // That one is gone, and whoever has its journal is whom its robots follow next.
-            Some((self.instance, report.mediator_epoch))
+            (Some((self.instance, report.mediator_epoch)), true)
         } else {
-            (report.mediator_heard && report.mediator_instance != 0)
-                .then_some((report.mediator_instance, report.mediator_epoch))
+            let says = report.mediator_instance != 0;
+            let named = (report.mediator_instance, report.mediator_epoch);
+            (says.then_some(named), says && report.mediator_heard)
         };
-        let counted = self.heard.contains(&(own.heard_ns, robot));
-        let was = own.follows.filter(|_| counted);
-        self.heard.remove(&(own.heard_ns, robot));
+        let was = *own;
+        let counted = self.heard.remove(&(was.heard_ns, robot));
         *own = Follower {
             boot_epoch: report.boot_epoch,
             sequence: report.sequence,
             heard_ns: now_ns,
+            names,
             follows,
-            ..*own
+            ..was
         };
         self.looks += 1;
-        if let Some(followed) = own.follows {
+        if let Some(named) = names {
             self.heard.insert((now_ns, robot));
-            *self.counts.entry(followed).or_default() += 1;
+            let count = self.counts.entry(named).or_default();
+            count.name += 1;
+            count.follow += usize::from(follows);
         }
-        was.into_iter().for_each(|followed| self.uncount(followed));
+        if counted {
+            self.uncount(was);
+        }
         true
     }
 
-    fn uncount(&mut self, followed: (u64, u64)) {
-        if let Some(count) = self.counts.get_mut(&followed) {
-            *count -= 1;
-            if *count == 0 {
-                self.counts.remove(&followed);
+    fn uncount(&mut self, was: Follower) {
+        if let Some(named) = was.names
+            && let Some(count) = self.counts.get_mut(&named)
+        {
+            count.name -= 1;
+            count.follow -= usize::from(was.follows);
+            if count.name == 0 {
+                self.counts.remove(&named);
             }
         }
     }
@@ -217,31 +238,41 @@ impl Peers {
         {
             self.looks += 1;
             self.heard.pop_first();
-            if let Some(followed) = self.followers[robot].follows {
-                self.uncount(followed);
-            }
+            self.uncount(self.followers[robot]);
         }
     }
 
-    /// Decides anew who goes on. Returns whether people are to hear now that there is another one.
-    pub(crate) fn decide(&mut self, now_ns: u64) -> bool {
-        self.drop_silent(now_ns);
-        self.looks += self.counts.len() as u64;
+    /// Whether another mediator comes before this one, by how many robots `of` it counts; and whether it counts any of others.
+    fn comes_after(&self, of: impl Fn(Count) -> usize) -> (bool, bool) {
         // Of the own instance how many, of each other one also the newest epoch.
         let (mut own, mut others) = (0, BTreeMap::<u64, (usize, u64)>::new());
         for (&(instance, epoch), &count) in &self.counts {
+            let count = of(count);
             if instance == self.instance {
                 own += count;
-            } else {
+            } else if count > 0 {
                 let (all, newest) = others.entry(instance).or_default();
                 (*all, *newest) = (*all + count, epoch.max(*newest));
             }
         }
         let rank = |(count, epoch), instance| (count, epoch, Reverse(instance));
         let own = rank((own, self.epoch), self.instance);
-        let gives_way = { others.iter() }.any(|(&other, &rest)| rank(rest, other) > own);
-        self.stands_by = gives_way || self.stands_by && now_ns < self.goes_on_ns;
-        if others.is_empty() {
+        let after = { others.iter() }.any(|(&other, &rest)| rank(rest, other) > own);
+        (after, !others.is_empty())
+    }
+
+    /// Decides anew who goes on. Returns whether people are to hear now that there is another one.
+    pub(crate) fn decide(&mut self, now_ns: u64) -> bool {
+        self.drop_silent(now_ns);
+        self.looks += self.counts.len() as u64;
+        let (gives_way, is_second) = self.comes_after(|count| count.follow);
+        let yields_ns = match self.comes_after(|count| count.name) {
+            (true, _) => YIELD_NS,
+            (false, _) => 0,
+        };
+        let waits = now_ns < self.goes_on_ns.saturating_add(yields_ns);
+        self.stands_by = gives_way || self.stands_by && waits;
+        if !is_second {
             (self.since_ns, self.told) = (None, false);
             return false;
         }
@@ -252,128 +283,4 @@ impl Peers {
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    const SILENT_NS: u64 = 1_000_000_000;
-
-    fn report(instance: u64, mediator_epoch: u64, sequence: u64) -> RobotReport {
-        RobotReport {
-            mediator_instance: instance,
-            mediator_epoch,
-            mediator_heard: true,
-            boot_epoch: 5,
-            sequence,
-            ..RobotReport::default()
-        }
-    }
-
-    /// Two mediators hear the same robots; whether each stands by.
-    fn judged(follow: &[(u64, u64)], own: [(u64, u64); 2]) -> [bool; 2] {
-        own.map(|(instance, epoch)| {
-            let mut peers = Peers::new(instance, 6, epoch, follow.len(), SILENT_NS);
-            for (robot, &(instance, epoch)) in follow.iter().enumerate() {
-                peers.hear(robot, &report(instance, epoch, 1), false, 0);
-            }
-            peers.decide(0);
-            peers.stands_by
-        })
-    }
-
-    #[test]
-    fn one_of_two_stands_by_whomever_robots_follow() {
-        let (one, two, later) = ((7, 1), (8, 1), (9, 2));
-        assert_eq!(judged(&[one, one], [one, two]), [false, true]);
-        assert_eq!(judged(&[two, two, one], [one, two]), [true, false]);
-        assert_eq!(judged(&[one, two], [one, two]), [false, true]);
-        assert_eq!(judged(&[one, later], [one, later]), [true, false]);
-        assert_eq!(judged(&[], [one, two]), [false, false]);
-    }
-
-    #[test]
-    fn the_process_before_is_gone_but_not_that_of_a_copied_journal() {
-        for (journal, epoch, stands_by) in [(6, 1, false), (9, 1, true), (0, 1, true), (6, 2, true)]
-        {
-            let mut peers = Peers::new(8, 6, 2, 1, SILENT_NS);
-            let follows = RobotReport {
-                mediator_journal: journal,
-                ..report(7, epoch, 1)
-            };
-            peers.hear(0, &follows, false, 0);
-            peers.decide(0);
-            assert_eq!(peers.stands_by, stands_by, "{journal} {epoch}");
-        }
-    }
-
-    #[test]
-    fn robots_of_the_process_before_count_for_this_one() {
-        let mut peers = Peers::new(8, 3, 5, 3, SILENT_NS);
-        for robot in 0..2 {
-            let of_before = RobotReport {
-                mediator_journal: 3,
-                // One has noticed already that it is gone.
-                mediator_heard: robot == 0,
-                ..report(7, 4, 1)
-            };
-            peers.hear(robot, &of_before, false, 0);
-        }
-        peers.hear(2, &report(9, 1 << 40, 1), false, 0);
-        peers.decide(0);
-        assert!(!peers.stands_by);
-        // With one of them it says otherwise.
-        peers.hear(1, &report(9, 1 << 40, 2), false, 0);
-        peers.decide(0);
-        assert!(peers.stands_by);
-    }
-
-    #[test]
-    fn a_robot_that_another_mediator_has_refused_needs_no_larger_epoch() {
-        let peers = Peers::new(8, 6, 2, 1, SILENT_NS);
-        let follows = |session, mediator_journal| RobotReport {
-            session,
-            mediator_journal,
-            mediator_heard: false,
-            ..report(7, 4, 1)
-        };
-        assert_eq!(peers.larger_epoch(&follows(0, 9), 0), None);
-        assert_eq!(peers.larger_epoch(&follows(5, 9), 0), Some(5));
-        // It takes nothing older from the journal that it heard of last.
-        assert_eq!(peers.larger_epoch(&follows(0, 6), 0), Some(5));
-    }
-
-    #[test]
-    fn for_one_robot_all_are_asked_once_in_a_while() {
-        let mut peers = Peers::new(8, 3, 5, 2, SILENT_NS);
-        assert!(peers.ask(0, 0) && peers.ask(1, 0));
-        assert!(!peers.ask(0, ASK_PAUSE_NS - 1) && peers.asks(0) && !peers.asks(1));
-        peers.hear(0, &report(8, 5, 1), false, ASK_PAUSE_NS - 1);
-        assert!(peers.asks(0) && peers.ask(0, ASK_PAUSE_NS) && !peers.asks(0));
-    }
-
-    #[test]
-    fn it_goes_on_when_robots_hear_the_other_no_more_and_tells_once() {
-        let mut peers = Peers::new(8, 6, 2, 1, SILENT_NS);
-        let mut told = 0;
-        for sequence in 1..=20 {
-            let now_ns = sequence * SILENT_NS / 5;
-            peers.hear(0, &report(7, 1, sequence), false, now_ns);
-            told += u64::from(peers.decide(now_ns));
-            assert!(peers.stands_by);
-            assert_eq!(told, u64::from(sequence > 16));
-        }
-        let now_ns = 4 * SILENT_NS;
-        let lost = RobotReport {
-            mediator_heard: false,
-            ..report(7, 1, 21)
-        };
-        peers.hear(0, &lost, false, now_ns);
-        // Late.
-        peers.hear(0, &report(7, 1, 20), false, now_ns);
-        assert!(!peers.decide(now_ns) && !peers.stands_by && !peers.is_ours(&lost));
-        peers.hear(0, &report(7, 1, 22), false, now_ns);
-        peers.decide(now_ns);
-        assert!(peers.stands_by);
-        peers.decide(now_ns + SILENT_NS + 1);
-        assert!(!peers.stands_by, "the robot itself is silent");
-    }
-}
+mod tests;
