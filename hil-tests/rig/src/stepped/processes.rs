@@ -24,6 +24,7 @@ impl Stepped<'_> {
             .or(Some(what));
     }
 
+    /// The process of a robot that was killed by this has had its last turn.
     pub(super) fn lose_process(&mut self, number: usize, what: ScriptedKind, now_ns: u64) {
         self.remember_state(number);
         let member = &mut self.robots[number];

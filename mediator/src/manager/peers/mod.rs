@@ -243,7 +243,8 @@ impl Peers {
     }
 
     /// Whether another mediator comes before this one, by how many robots `of` it counts; and whether it counts any of others.
-    fn comes_after(&self, of: impl Fn(Count) -> usize) -> (bool, bool) {
+    fn comes_after(&mut self, of: impl Fn(Count) -> usize) -> (bool, bool) {
+        self.looks += self.counts.len() as u64;
         // Of the own instance how many, of each other one also the newest epoch.
         let (mut own, mut others) = (0, BTreeMap::<u64, (usize, u64)>::new());
         for (&(instance, epoch), &count) in &self.counts {
@@ -261,17 +262,18 @@ impl Peers {
         (after, !others.is_empty())
     }
 
+    /// If it stands by, and has no more to give way, it does so until then.
+    fn stands_by_until_ns(&mut self) -> u64 {
+        let (yields, _) = self.comes_after(|count| count.name);
+        self.goes_on_ns
+            .saturating_add(if yields { YIELD_NS } else { 0 })
+    }
+
     /// Decides anew who goes on. Returns whether people are to hear now that there is another one.
     pub(crate) fn decide(&mut self, now_ns: u64) -> bool {
         self.drop_silent(now_ns);
-        self.looks += self.counts.len() as u64;
         let (gives_way, is_second) = self.comes_after(|count| count.follow);
-        let yields_ns = match self.comes_after(|count| count.name) {
-            (true, _) => YIELD_NS,
-            (false, _) => 0,
-        };
-        let waits = now_ns < self.goes_on_ns.saturating_add(yields_ns);
-        self.stands_by = gives_way || self.stands_by && waits;
+        self.stands_by = gives_way || self.stands_by && now_ns < self.stands_by_until_ns();
         if !is_second {
             (self.since_ns, self.told) = (None, false);
             return false;
