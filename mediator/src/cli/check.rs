@@ -12,7 +12,7 @@ use description::keys::quoted_list;
 use super::failure::Failure;
 use super::files::{load_site, nets, plans};
 use crate::setup::Setup;
-use crate::whole_floor::{self, Death, Still, Verdict, Waits};
+use crate::whole_floor::{self, Death, Findings, Still, Verdict, Waits};
 
 pub(super) fn check(path: &Path) -> Result<(), Failure> {
     let site = load_site(path)?;
@@ -25,15 +25,15 @@ pub(super) fn check(path: &Path) -> Result<(), Failure> {
     for plan in &plans {
         text += &format!("  {:<12} by net {}\n", plan.id, plan.net);
     }
-    let mut waits_for_ever = false;
+    let mut on_the_floor = Ok(());
     if site.areas_managed {
         let alone: Vec<&str> = { plans.iter() }
             .filter(|plan| !whole_floor::is_looked_at(plan))
             .map(|plan| plan.id.as_str())
             .collect();
-        let verdict = whole_floor::look(&site, &plans);
-        waits_for_ever = matches!(verdict, Verdict::May { .. } | Verdict::Starves { .. });
-        text += &describe_floor(verdict, &alone);
+        let findings = whole_floor::look(&site, &plans);
+        text += &describe_floor(&findings, &alone);
+        on_the_floor = outcome(&findings.verdict);
         for id in &alone {
             text += &format!(
                 "  not looked at: coordination {id}, which takes the discrete control of some robots and lets others into areas; its net is \
@@ -53,11 +53,21 @@ pub(super) fn check(path: &Path) -> Result<(), Failure> {
             "{refused} of the nets may not run"
         )));
     }
-    if waits_for_ever {
-        let why = "robots of this site can come to wait for ever, as told under `whole floor`";
-        return Err(Failure::Refused(why.to_owned()));
+    on_the_floor
+}
+
+/// How the command ends by what was found of the floor.
+fn outcome(verdict: &Verdict) -> Result<(), Failure> {
+    match verdict {
+        Verdict::Never => Ok(()),
+        Verdict::May { .. } | Verdict::Starves { .. } => Err(Failure::Refused(
+            "robots of this site can come to wait for ever, as told under `whole floor`".to_owned(),
+        )),
+        Verdict::Unknown { .. } => Err(Failure::Undecided(
+            "whether robots of this site can come to wait for ever is not decided: there are more placements than are looked at"
+                .to_owned(),
+        )),
     }
-    Ok(())
 }
 
 /// Prints. A reader that closes the pipe early is no failure.
@@ -95,13 +105,10 @@ fn describe_site(site: &SiteConfig, setup: &Setup) -> String {
 
 /// Whether robots can come to wait for ever, by the order of their areas, the coordinations, and their machines together.
 /// `alone`: coordinations that are not part of it.
-fn describe_floor(verdict: Verdict, alone: &[&str]) -> String {
-    match verdict {
-        Verdict::Never {
-            looked,
-            deaths,
-            stills,
-        } => {
+fn describe_floor(findings: &Findings, alone: &[&str]) -> String {
+    let looked = findings.looked;
+    let mut text = match &findings.verdict {
+        Verdict::Never => {
             let only = match alone {
                 [] => String::new(),
                 ids => format!(
@@ -109,36 +116,33 @@ fn describe_floor(verdict: Verdict, alone: &[&str]) -> String {
                     ids.join(", ")
                 ),
             };
-            let mut text = format!(
+            format!(
                 "\nwhole floor: no robot ever waits for ever{only}: {looked} placements of robots and nets checked; whatever stops a robot is \
                  taken to send it on at last, and robots to ask for their next areas only\n"
-            );
-            stills.iter().for_each(|own| text += &describe_still(own));
-            deaths.iter().for_each(|own| text += &describe_death(own));
-            text
+            )
         }
-        Verdict::Unknown { looked, steps } => {
+        Verdict::Unknown { steps } => {
             format!(
-                "\nwhole floor: not decided: more than {looked} placements of robots and nets; no deadlock of all within {steps} steps\n"
+                "\nwhole floor: not decided: more than {looked} placements of robots and nets; no robots that wait for each other within {steps} steps\n"
             )
         }
         Verdict::May { steps, waits } => {
-            let mut text =
-                "\nwhole floor: deadlock: these robots can come to wait for ever:\n".to_owned();
-            for own in &waits {
-                text += &describe_wait(own);
-            }
-            text + &describe_steps("after these steps", &steps)
+            let waits: String = waits.iter().map(describe_wait).collect();
+            format!("\nwhole floor: deadlock: these robots can come to wait for ever:\n{waits}")
+                + &describe_steps("after these steps", steps)
         }
         Verdict::Starves { steps, waits } => {
             "\nwhole floor: starvation: this robot can wait for ever while others go on:\n"
                 .to_owned()
-                + &describe_wait(&waits)
-                + &describe_steps("after these steps", &steps)
+                + &describe_wait(waits)
+                + &describe_steps("after these steps", steps)
                 + "  a place of the net that says whose turn it is helps (`closed` of config/nets/docking.toml), another order of its \
                    transitions, or `[roles.<role>] ages_after`\n"
         }
-    }
+    };
+    text.extend(findings.stills.iter().map(describe_still));
+    text.extend(findings.deaths.iter().map(describe_death));
+    text
 }
 
 /// What its alarm and its pre-emption are for.

@@ -7,7 +7,7 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
-use super::failure::{EXIT_FAILED, EXIT_REFUSED, Failure};
+use super::failure::{EXIT_FAILED, EXIT_REFUSED, EXIT_UNDECIDED, Failure};
 use super::which::Which;
 use super::{check, keys, run, status};
 use crate::runtime::Question;
@@ -164,6 +164,10 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
         Err(Failure::Failed(text)) => {
             let _ = writeln!(std::io::stderr(), "mediator: {text}");
             ExitCode::from(EXIT_FAILED)
+        }
+        Err(Failure::Undecided(text)) => {
+            let _ = writeln!(std::io::stderr(), "{text}");
+            ExitCode::from(EXIT_UNDECIDED)
         }
     }
 }

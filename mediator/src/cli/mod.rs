@@ -11,4 +11,4 @@ mod status;
 mod which;
 
 pub use commands::main_from;
-pub use failure::{EXIT_FAILED, EXIT_REFUSED};
+pub use failure::{EXIT_FAILED, EXIT_REFUSED, EXIT_UNDECIDED};

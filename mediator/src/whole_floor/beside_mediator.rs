@@ -8,7 +8,6 @@ use contract::client::{Client, Order, Situation};
 use contract::wire::Control;
 use description::site::{FsmConfig, FsmTransition};
 
-use super::explore::Explored;
 use super::floor::Floor;
 use super::state::Phase;
 use super::tests::{plans_of, shipped_net, site, text};
@@ -283,9 +282,9 @@ fn compare(
     let setup = Setup::of(driven).expect("a good site");
     let plans = plans_of(driven, &setup, &[shipped_net(net)]);
     let floor = Floor::new(looked_at, &plans);
-    let Explored::Whole(graph) = floor.explore() else {
-        panic!("{net} is too large");
-    };
+    let explored = floor.explore();
+    assert!(explored.is_whole(), "{net} is too large");
+    let graph = explored.graph;
     let mut known: BTreeMap<View, bool> = BTreeMap::new();
     for state in &graph.states {
         let robots = (0..floor.routes.len()).map(|robot| {

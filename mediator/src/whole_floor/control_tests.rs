@@ -1,10 +1,10 @@
 //! Coordinations that take discrete control, shipped and made worse.
 
-use super::tests::{look_at, shipped_net, text};
+use super::tests::{find_at, shipped_net, text};
 use super::*;
 
-fn overtaking(edit: impl Fn(String) -> String) -> Verdict {
-    look_at(
+fn overtaking(edit: impl Fn(String) -> String) -> Findings {
+    find_at(
         &edit(text("sites/overtaking")),
         &[shipped_net("overtaking")],
     )
@@ -13,9 +13,10 @@ fn overtaking(edit: impl Fn(String) -> String) -> Verdict {
 /// The normal robot passes the lay-by before it hears that it is to drive into it.
 #[test]
 fn a_coordination_that_only_its_pre_emption_ends_is_told() {
-    let Verdict::Never { stills, .. } = overtaking(|site| site) else {
-        panic!("its robots get out of the way");
-    };
+    let Findings {
+        verdict, stills, ..
+    } = overtaking(|site| site);
+    assert_eq!(verdict, Verdict::Never);
     let [still] = &stills[..] else {
         panic!("{stills:?}");
     };
@@ -40,7 +41,7 @@ fn without_pre_emption(site: &str) -> String {
 /// And without that both wait for ever: the normal one to be in the lay-by that it has passed.
 #[test]
 fn robots_of_a_coordination_that_nothing_ends_wait_for_ever() {
-    let verdict = overtaking(|site| without_pre_emption(&site));
+    let verdict = overtaking(|site| without_pre_emption(&site)).verdict;
     let Verdict::May { waits, steps } = verdict else {
         panic!("{verdict:?}");
     };
@@ -59,7 +60,8 @@ fn a_robot_whose_machine_has_no_use_for_an_order_is_found() {
             own,
             "    { from = \"park\", on = \"back\", to = \"pull-out\" },\n",
         ))
-    });
+    })
+    .verdict;
     assert!(matches!(verdict, Verdict::May { .. }), "{verdict:?}");
 }
 
@@ -71,7 +73,8 @@ fn two_that_give_way_to_one_block_each_other() {
             "[robots.amr-2]",
             "[robots.amr-3]\nrole = \"normal\"\nstart = { x_m = 7.0, y_m = -0.5, theta_rad = 0.0 }\nstart_state = \"search-2\"\n\n[robots.amr-2]",
         )
-    });
+    })
+    .verdict;
     let Verdict::May { waits, .. } = verdict else {
         panic!("{verdict:?}");
     };

@@ -10,18 +10,20 @@ use super::graph::{Edge, Graph};
 use super::state::{RobotState, State};
 use super::verdict::{MOST, MOST_PLACES};
 
-/// What was found.
-pub(super) enum Explored {
-    /// All that can be reached.
-    Whole(Graph),
-    /// There is more, and in this placement these robots wait for ever.
-    Dead {
-        graph: Graph,
-        place: usize,
-        waits: Vec<usize>,
-    },
-    /// There is more. Placements, and the number of steps within which they are all.
-    Part { looked: usize, steps: usize },
+/// What can be reached, as far as it was looked at.
+pub(super) struct Explored {
+    pub(super) graph: Graph,
+    /// What can happen in the placements before this one is known; the others were only found.
+    pub(super) known: usize,
+    /// All placements that so many steps lead to were found.
+    pub(super) steps: usize,
+}
+
+impl Explored {
+    /// There is nothing else.
+    pub(super) fn is_whole(&self) -> bool {
+        self.known == self.graph.states.len()
+    }
 }
 
 impl Floor {
@@ -67,17 +69,11 @@ impl Floor {
                 let to = match known {
                     Some(to) => to,
                     None if graph.states.len() == most => {
-                        let part = Explored::Part {
-                            looked: most,
+                        let known = from as usize;
+                        return Explored {
+                            graph,
+                            known,
                             steps,
-                        };
-                        return match self.nearest_dead(&graph, from as usize) {
-                            None => part,
-                            Some((place, waits)) => Explored::Dead {
-                                graph,
-                                place,
-                                waits,
-                            },
                         };
                     }
                     None => {
@@ -96,18 +92,10 @@ impl Floor {
                 });
             }
         }
-        Explored::Whole(graph)
-    }
-
-    /// The nearest of the placements before `end` in which robots wait for ever, and who: all their edges are known.
-    fn nearest_dead(&self, graph: &Graph, end: usize) -> Option<(usize, Vec<usize>)> {
-        let mut leads_on = vec![false; graph.states.len()];
-        for edge in &graph.edges {
-            leads_on[edge.from as usize] = true;
+        Explored {
+            known: graph.states.len(),
+            graph,
+            steps,
         }
-        (0..end).find_map(|place| {
-            let waits = self.who_waits_for_ever(&graph.states[place], !leads_on[place]);
-            (!waits.is_empty()).then_some((place, waits))
-        })
     }
 }

@@ -17,7 +17,7 @@ use crate::nets::{Cast, Plan};
 /// A site with its robots and its coordinations.
 pub(super) struct Floor {
     pub(super) area_names: Vec<String>,
-    capacities: Vec<usize>,
+    pub(super) capacities: Vec<usize>,
     pub(super) routes: Vec<Route>,
     pub(super) gates: Vec<GateNet>,
     pub(super) controls: Vec<ControlNet>,
@@ -234,7 +234,7 @@ impl Floor {
     }
 
     /// Where it goes next, if that is decided, and no order can change it.
-    fn heads_for(&self, state: &State, robot: usize) -> Option<&Areas> {
+    pub(super) fn heads_for(&self, state: &State, robot: usize) -> Option<&Areas> {
         let (own, route) = (&state.robots[robot], &self.routes[robot]);
         let node = usize::from(own.node);
         if !route.orders[node].is_empty() || own.behind.is_some() {
@@ -242,36 +242,6 @@ impl Floor {
         }
         let way = &route.ways[node][usize::from(own.way?)];
         Some(&route.areas[usize::from(way.to)])
-    }
-
-    /// Robots that wait for each other, whatever the rest does; where nothing can happen any more, all that go on.
-    pub(super) fn who_waits_for_ever(&self, state: &State, nothing_happens: bool) -> Vec<usize> {
-        let robots = 0..self.routes.len();
-        if nothing_happens {
-            return robots.filter(|&own| self.goes_on(state, own)).collect();
-        }
-        let mut waits: Vec<usize> = robots.collect();
-        loop {
-            let is_full = |area: u16, without: usize| {
-                let others = waits.iter().filter(|&&other| other != without);
-                let inside = others.filter(|&&other| self.has(state, other).contains(&area));
-                inside.count() >= self.capacities[usize::from(area)]
-            };
-            let is_held_up = |&robot: &usize| {
-                let areas = self.heads_for(state, robot);
-                let has = self.has(state, robot);
-                let mut lacks = areas
-                    .into_iter()
-                    .flatten()
-                    .filter(|area| !has.contains(area));
-                lacks.any(|&area| is_full(area, robot))
-            };
-            let left: Vec<usize> = waits.iter().copied().filter(is_held_up).collect();
-            if left.len() == waits.len() {
-                return left;
-            }
-            waits = left;
-        }
     }
 
     /// It is a grant, and a robot of a larger priority can be granted that area now, if it asks for it already.

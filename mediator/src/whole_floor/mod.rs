@@ -16,13 +16,15 @@
 //!
 //! Found is, with the shortest steps that lead there, every placement from which some robot can never go on ([`Verdict::May`]), and
 //! every round in which one waits for ever while others go on, though all are fair but those of a larger priority
-//! ([`Verdict::Starves`]); and, for each robot, who waits for it when it dies somewhere ([`Death`]).
+//! ([`Verdict::Starves`]); and, whatever the verdict is, for each robot who waits for it when it dies somewhere ([`Death`]). Of a floor that is
+//! too large, those that wait by the order of their areas are found, as far as it was looked at ([`Verdict::Unknown`]).
 //!
 //! [`Route`]: route::Route
 //! [`GateNet`]: gate_net::GateNet
 //! [`ControlNet`]: control_net::ControlNet
 
 mod control_net;
+mod deaths;
 mod explore;
 mod floor;
 mod gate_net;
@@ -35,6 +37,7 @@ mod steps;
 mod talk;
 mod tokens;
 mod verdict;
+mod waiting;
 mod words;
 
 use std::sync::Arc;
@@ -42,10 +45,9 @@ use std::sync::Arc;
 use config::SiteConfig;
 
 use crate::nets::Plan;
-pub(crate) use verdict::{Death, Still, Verdict, Waits};
+pub(crate) use verdict::{Death, Findings, Still, Verdict, Waits};
 pub(crate) use words::is_looked_at;
 
-use explore::Explored;
 use floor::Floor;
 
 #[cfg(test)]
@@ -58,18 +60,10 @@ mod small_floors;
 mod tests;
 
 /// Explores a site with its coordinations.
-pub(crate) fn look(site: &SiteConfig, plans: &[Arc<Plan>]) -> Verdict {
+pub(crate) fn look(site: &SiteConfig, plans: &[Arc<Plan>]) -> Findings {
     judge_floor(&Floor::new(site, plans))
 }
 
-fn judge_floor(floor: &Floor) -> Verdict {
-    match floor.explore() {
-        Explored::Whole(graph) => judge::judge(floor, &graph),
-        Explored::Dead {
-            graph,
-            place,
-            waits,
-        } => judge::dead(floor, &graph, place, &waits),
-        Explored::Part { looked, steps } => Verdict::Unknown { looked, steps },
-    }
+fn judge_floor(floor: &Floor) -> Findings {
+    judge::judge(floor, &floor.explore())
 }

@@ -2,7 +2,7 @@
 
 use super::floor::Floor;
 use super::route::{Route, Way};
-use super::{Verdict, judge_floor};
+use super::{Death, Verdict, judge_floor};
 
 /// A robot that is in one area after another, by number: from each it goes on to one of these.
 fn route(robot: &str, start: u16, next: &[(u16, &[u16])]) -> Route {
@@ -29,7 +29,7 @@ fn names(verdict: &Verdict) -> Vec<&str> {
     match verdict {
         Verdict::May { waits, .. } => waits.iter().map(|own| own.robot.as_str()).collect(),
         Verdict::Starves { waits, .. } => vec![&waits.robot],
-        Verdict::Never { .. } | Verdict::Unknown { .. } => Vec::new(),
+        Verdict::Never | Verdict::Unknown { .. } => Vec::new(),
     }
 }
 
@@ -37,10 +37,10 @@ fn names(verdict: &Verdict) -> Vec<&str> {
 fn a_robot_goes_the_way_that_it_must_and_not_the_one_that_is_free() {
     let other = || route("other", 2, &[(2, &[0]), (0, &[2])]);
     let free = route("one", 0, &[(0, &[1]), (1, &[0])]);
-    let verdict = judge_floor(&Floor::of_routes(&[1, 1, 1], vec![free, other()]));
-    assert!(matches!(verdict, Verdict::Never { .. }), "{verdict:?}");
+    let verdict = judge_floor(&Floor::of_routes(&[1, 1, 1], vec![free, other()])).verdict;
+    assert!(matches!(verdict, Verdict::Never), "{verdict:?}");
     let either = route("one", 0, &[(0, &[1, 2]), (1, &[0]), (2, &[0])]);
-    let verdict = judge_floor(&Floor::of_routes(&[1, 1, 1], vec![either, other()]));
+    let verdict = judge_floor(&Floor::of_routes(&[1, 1, 1], vec![either, other()])).verdict;
     assert!(matches!(verdict, Verdict::May { .. }), "{verdict:?}");
     assert_eq!(names(&verdict), ["one", "other"]);
 }
@@ -58,35 +58,56 @@ fn who_has_a_smaller_priority_starves_unless_its_requests_age() {
         judge_floor(&Floor::of_routes(&[1, 1, 1, 1], routes.collect()))
     };
     for (priority, ages) in [(0, false), (1, true)] {
-        let verdict = shared(priority, ages);
+        let verdict = shared(priority, ages).verdict;
         assert!(
-            matches!(verdict, Verdict::Never { .. }),
+            matches!(verdict, Verdict::Never),
             "{priority} {ages}: {verdict:?}"
         );
     }
-    let verdict = shared(1, false);
+    let findings = shared(1, false);
+    let verdict = &findings.verdict;
     assert!(matches!(verdict, Verdict::Starves { .. }), "{verdict:?}");
-    assert_eq!(names(&verdict), ["three"]);
+    assert_eq!(names(verdict), ["three"]);
+    assert_eq!(
+        who_waits_for(&findings.deaths),
+        [
+            ("one", vec!["two", "three"]),
+            ("two", vec!["one", "three"]),
+            ("three", vec!["one", "two"])
+        ]
+    );
+}
+
+/// By the robot that dies.
+fn who_waits_for(deaths: &[Death]) -> Vec<(&str, Vec<&str>)> {
+    { deaths.iter() }
+        .map(|death| {
+            let robots = death.robots.iter().map(String::as_str).collect();
+            (death.robot.as_str(), robots)
+        })
+        .collect()
+}
+
+/// To and fro between two areas of its own.
+fn alone(robot: &str, here: u16) -> Route {
+    let there = here + 1;
+    route(robot, here, &[(here, &[there]), (there, &[here])])
+}
+
+/// These, and twenty robots that have nothing to do with them: too many placements to look at all.
+fn crowd(mut routes: Vec<Route>, areas: u16) -> Floor {
+    for other in 0..20 {
+        routes.push(alone(&format!("other-{other}"), areas + 2 * other));
+    }
+    let capacities = vec![1; usize::from(areas) + 40];
+    Floor::of_routes(&capacities, routes)
 }
 
 /// It does not matter how many placements there are besides.
 #[test]
 fn two_that_wait_for_each_other_are_found_on_a_floor_that_is_too_large() {
-    let mut routes = vec![
-        route("one", 0, &[(0, &[1]), (1, &[0])]),
-        route("two", 1, &[(1, &[0]), (0, &[1])]),
-    ];
-    let mut capacities = vec![1, 1];
-    for other in 0..20 {
-        let [here, there] = [2 + 2 * other, 3 + 2 * other];
-        routes.push(route(
-            &format!("other-{other}"),
-            here,
-            &[(here, &[there]), (there, &[here])],
-        ));
-        capacities.extend([1, 1]);
-    }
-    let verdict = judge_floor(&Floor::of_routes(&capacities, routes));
+    let routes = vec![alone("one", 0), route("two", 1, &[(1, &[0]), (0, &[1])])];
+    let verdict = judge_floor(&crowd(routes, 2)).verdict;
     assert_eq!(names(&verdict), ["one", "two"], "{verdict:?}");
     let Verdict::May { steps, .. } = verdict else {
         panic!("they are named");
@@ -94,16 +115,47 @@ fn two_that_wait_for_each_other_are_found_on_a_floor_that_is_too_large() {
     assert!(steps.is_empty(), "{steps:?}");
 }
 
+/// Two that go to and fro, each by itself, and pass the same area.
+fn two_that_share(area: u16, starts: [u16; 2]) -> [Route; 2] {
+    [("one", starts[0]), ("two", starts[1])]
+        .map(|(robot, own)| route(robot, own, &[(own, &[area]), (area, &[own])]))
+}
+
+#[test]
+fn who_waits_for_a_robot_that_fails_is_told_of_a_floor_that_is_too_large() {
+    let findings = judge_floor(&crowd(two_that_share(1, [0, 2]).into(), 3));
+    assert!(
+        matches!(findings.verdict, Verdict::Unknown { steps } if steps > 0),
+        "{:?}",
+        findings.verdict
+    );
+    let deaths = findings.deaths;
+    let expected = [("one", vec!["two"]), ("two", vec!["one"])];
+    assert_eq!(who_waits_for(&deaths), expected);
+    assert_eq!(deaths[0].steps, ["one is granted `1`"]);
+    assert_eq!(deaths[0].stands_in, ["0", "1"]);
+}
+
+/// Who waits for ever anyway waits for no robot that fails.
+#[test]
+fn who_waits_for_a_robot_that_fails_is_told_beside_those_that_wait_for_each_other() {
+    let mut routes = vec![
+        alone("stands", 3),
+        route("blocks", 4, &[(4, &[3]), (3, &[4])]),
+    ];
+    routes.extend(two_that_share(1, [0, 2]));
+    let findings = judge_floor(&Floor::of_routes(&[1; 5], routes));
+    assert_eq!(names(&findings.verdict), ["stands", "blocks"]);
+    let expected = [("one", vec!["two"]), ("two", vec!["one"])];
+    assert_eq!(who_waits_for(&findings.deaths), expected);
+}
+
 #[test]
 fn who_waits_for_a_robot_that_fails_is_told_with_the_way_there() {
-    let one = route("one", 0, &[(0, &[1]), (1, &[0])]);
-    let two = route("two", 2, &[(2, &[1]), (1, &[2])]);
-    let verdict = judge_floor(&Floor::of_routes(&[1, 1, 1], vec![one, two]));
-    let Verdict::Never { deaths, .. } = verdict else {
-        panic!("{verdict:?}");
-    };
-    let [first, second] = &deaths[..] else {
-        panic!("{deaths:?}");
+    let findings = judge_floor(&Floor::of_routes(&[1; 3], two_that_share(1, [0, 2]).into()));
+    assert_eq!(findings.verdict, Verdict::Never);
+    let [first, second] = &findings.deaths[..] else {
+        panic!("{:?}", findings.deaths);
     };
     // Once it has the area between them, wherever it stands.
     assert_eq!(

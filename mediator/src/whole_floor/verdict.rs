@@ -7,16 +7,22 @@ pub(super) const MOST_PLACES: usize = 3_000_000;
 
 /// What was found.
 #[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Findings {
+    pub(crate) verdict: Verdict,
+    /// How many placements of robots and nets were looked at.
+    pub(crate) looked: usize,
+    /// By robot, where others may wait for it that do not wait for ever anyway. Of a floor that was looked at in part: only robots that
+    /// wait, by the order of areas, and only as far as that was.
+    pub(crate) deaths: Vec<Death>,
+    /// Coordinations that can stand still until their robots are told to get out of the way, or are let go. Of the whole floor only.
+    pub(crate) stills: Vec<Still>,
+}
+
+/// Whether robots can come to wait for ever.
+#[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Verdict {
     /// From every placement every robot can go on.
-    Never {
-        /// How many placements of robots and nets there are.
-        looked: usize,
-        /// By robot, where others may wait for it.
-        deaths: Vec<Death>,
-        /// Coordinations that can stand still until their robots are told to get out of the way, or are let go.
-        stills: Vec<Still>,
-    },
+    Never,
     /// Robots can come to wait for ever.
     May {
         /// Shortest way there.
@@ -31,9 +37,7 @@ pub(crate) enum Verdict {
     },
     /// There are more placements than were looked at, and from each of these something can happen.
     Unknown {
-        /// How many that were.
-        looked: usize,
-        /// All that so many steps lead to are among them.
+        /// All that so many steps lead to are among those that were looked at.
         steps: usize,
     },
 }

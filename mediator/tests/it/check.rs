@@ -98,6 +98,28 @@ fn a_deadlock_that_a_coordination_leads_to_is_a_failure_too() {
     }
 }
 
+/// What was looked at is told all the same.
+#[test]
+fn a_floor_that_is_too_large_is_neither_good_nor_bad() {
+    let docking = shipped("sites/docking.toml").replace("capacity = 1", "capacity = 64");
+    let (floor, _) = docking
+        .split_once("[coordinations.")
+        .expect("its last part");
+    let crowd = (10..50).map(|robot| {
+        format!(
+            "[robots.amr-{robot}]\nrole = \"small\"\nstart = {{ x_m = 1.5, y_m = -0.5, theta_rad = 0.0 }}\nstart_state = \"to-gate\"\n"
+        )
+    });
+    let (code, text) = check(&format!("{floor}{}", crowd.collect::<String>()));
+    assert_eq!(code, Some(3), "{text}");
+    for part in [
+        "whole floor: not decided: more than ",
+        "whether robots of this site can come to wait for ever is not decided",
+    ] {
+        assert!(text.contains(part), "{part}: {text}");
+    }
+}
+
 /// A gate before an area, for two robots that pass it one after the other.
 const GATE: &str = r#"
 name = "gate-AREA"
