@@ -6,7 +6,7 @@ use alloc::vec::Vec;
 
 use thiserror::Error;
 
-use super::resource::{Flags, Resource};
+use super::resource::Resource;
 use crate::protocol::{ModelError, Protocol, ProtocolModel};
 
 /// What is wrong with an [`AcquireRelease`].
@@ -130,16 +130,9 @@ impl AcquireRelease {
             let flag = protocol.flag(name);
             flag.expect("every flag is in an array")
         };
-        let flags = Flags {
-            request: find(request),
-            granted: find(granted),
-            refused: self.refused.as_ref().map(find),
-            release: find(release),
-            released: self.released.as_ref().map(find),
-            returned: self.returned.as_ref().map(find),
-        };
+        let (granted, release) = (find(granted), find(release));
         let user = protocol.party(&self.user).expect("it is a party");
-        Ok(Resource::new(Arc::new(protocol), user, flags))
+        Ok(Resource::new(Arc::new(protocol), user, granted, release))
     }
 
     /// As [`compile`](Self::compile), without what the positions mean.

@@ -19,37 +19,22 @@ pub enum Phase {
     Over,
 }
 
-/// The flags of the pattern; those that were not declared are missing.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Flags {
-    pub(super) request: FlagId,
-    pub(super) granted: FlagId,
-    pub(super) refused: Option<FlagId>,
-    pub(super) release: FlagId,
-    pub(super) released: Option<FlagId>,
-    pub(super) returned: Option<FlagId>,
-}
-
-impl Flags {
-    /// Whether a flag means something in the pattern, so that it is no step of the use.
-    pub(super) fn contains(&self, flag: FlagId) -> bool {
-        [self.request, self.granted, self.release].contains(&flag)
-            || [self.refused, self.released, self.returned].contains(&Some(flag))
-    }
-}
-
 /// A protocol by which a resource is acquired and released; see [the module](super). Clones share the protocol.
 #[derive(Clone, Debug)]
 pub struct Resource {
     protocol: Arc<Protocol>,
     user: Party,
-    pub(super) flags: Flags,
     /// By position.
     phases: Arc<[Phase]>,
 }
 
 impl Resource {
-    pub(super) fn new(protocol: Arc<Protocol>, user: Party, flags: Flags) -> Self {
+    pub(super) fn new(
+        protocol: Arc<Protocol>,
+        user: Party,
+        granted: FlagId,
+        release: FlagId,
+    ) -> Self {
         let phase = |at: Position| {
             if at == Position::START {
                 return Phase::Free;
@@ -58,9 +43,9 @@ impl Resource {
                 return Phase::Over;
             }
             let has = |wanted: FlagId| protocol.set_flags(at).any(|(flag, _)| flag == wanted);
-            if has(flags.release) {
+            if has(release) {
                 Phase::Releasing
-            } else if has(flags.granted) {
+            } else if has(granted) {
                 Phase::Held
             } else {
                 Phase::Wanted
@@ -70,7 +55,6 @@ impl Resource {
             phases: protocol.positions().map(phase).collect(),
             protocol,
             user,
-            flags,
         }
     }
 

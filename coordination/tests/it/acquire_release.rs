@@ -1,11 +1,10 @@
-//! The pattern by which resources are acquired and released, through its two roles.
+//! The pattern by which resources are acquired and released, run on two sides.
 
 use coordination::acquire_release::{
-    AcquireRelease, By, Owner, PatternError, Phase, Resource, Revocation, RoleError, User,
-    WrongSide,
+    AcquireRelease, By, PatternError, Phase, Resource, Revocation,
 };
 use coordination::protocol::{
-    AbortError, Change, End, Party, Position, ProtocolModel, Replica, SetError, Side, channel,
+    AbortError, Change, Party, Position, ProtocolModel, Replica, Side, channel,
 };
 
 fn full() -> Resource {
@@ -19,131 +18,78 @@ fn full() -> Resource {
     model.compile().unwrap()
 }
 
-fn roles<'a>(resource: &'a Resource, ends: &'a mut (End, End)) -> (User<'a, End>, Owner<'a, End>) {
-    let user = User::new(resource, &mut ends.0).unwrap();
-    (user, Owner::new(resource, &mut ends.1).unwrap())
+/// Sets a flag on one side, reads it on the other, and says where the resource is then.
+fn say(resource: &Resource, name: &str, from: &mut impl Side, to: &mut impl Side) -> Phase {
+    let flag = resource.protocol().flag(name).unwrap();
+    from.set(flag).unwrap();
+    assert_eq!(to.poll(), Some(Change::Flag(flag)));
+    resource.phase(to.read_to())
 }
 
 #[test]
 fn a_resource_is_asked_for_used_and_released() {
     let resource = full();
-    let flag = |name| resource.protocol().flag(name).unwrap();
-    let mut ends = channel(resource.protocol());
-    let (mut user, mut owner) = roles(&resource, &mut ends);
-    assert!(user.may_request() && !owner.may_grant() && !user.may_release());
-    user.request().unwrap();
-    assert!(!owner.may_grant(), "the request was not read");
-    assert_eq!(owner.read(|_| {}), Phase::Wanted);
-    assert!(owner.may_grant() && owner.may_refuse() && !owner.may_confirm());
-    owner.grant().unwrap();
-    assert_eq!(user.read(|_| {}), Phase::Held);
-    assert!(user.may_give_back() && !user.may_release() && user.may_step(flag("taken")));
-    user.step(flag("taken")).unwrap();
-    assert!(!user.may_give_back(), "it is in use");
-    owner.read(|_| {});
-    assert!(!user.may_step(flag("checked")), "it is the owner's");
-    owner.step(flag("checked")).unwrap();
-    user.read(|_| {});
-    assert!(user.may_release());
-    user.release().unwrap();
-    assert_eq!(user.phase(), Phase::Releasing);
-    assert_eq!(owner.read(|_| {}), Phase::Releasing);
-    assert!(owner.may_confirm());
-    owner.confirm().unwrap();
-    assert_eq!(owner.phase(), Phase::Over);
-    assert_eq!(
-        user.read(|_| {}),
+    let (mut user, mut owner) = channel(resource.protocol());
+    assert_eq!(resource.phase(user.read_to()), Phase::Free);
+    let asked = say(&resource, "ask", &mut user, &mut owner);
+    let held = say(&resource, "granted", &mut owner, &mut user);
+    let used = say(&resource, "taken", &mut user, &mut owner);
+    let checked = say(&resource, "checked", &mut owner, &mut user);
+    let released = say(&resource, "back", &mut user, &mut owner);
+    assert_eq!(resource.phase(user.read_to()), Phase::Releasing);
+    // Who reads the last flag empties the array.
+    let confirmed = say(&resource, "seen", &mut owner, &mut user);
+    let expected = [
+        Phase::Wanted,
+        Phase::Held,
+        Phase::Held,
+        Phase::Held,
+        Phase::Releasing,
         Phase::Free,
-        "reading the last flag empties the array"
-    );
-    assert!(user.may_request());
-}
-
-#[test]
-fn a_step_of_the_use_is_nothing_else() {
-    let mut model = AcquireRelease::new("room", "robot", "door");
-    model.acquire("ask", "granted").refuse("refused");
-    model.release("left").confirm("seen").give_back("unused");
-    let resource = model.compile().unwrap();
-    let flag = |name| resource.protocol().flag(name).unwrap();
-    let mut ends = channel(resource.protocol());
-    let (mut user, mut owner) = roles(&resource, &mut ends);
-    let refused = |name| Err(RoleError::NotOfUse(flag(name)));
-    assert!(!user.may_step(flag("ask")));
-    assert_eq!(user.step(flag("ask")), refused("ask"));
-    user.request().unwrap();
-    owner.read(|_| {});
-    for name in ["granted", "refused"] {
-        assert_eq!(owner.step(flag(name)), refused(name));
-    }
-    owner.grant().unwrap();
-    user.read(|_| {});
-    for name in ["left", "unused"] {
-        assert!(!user.may_step(flag(name)));
-        assert_eq!(user.step(flag(name)), refused(name));
-    }
-    user.release().unwrap();
-    owner.read(|_| {});
-    assert_eq!(owner.step(flag("seen")), refused("seen"));
-    assert_eq!(owner.phase(), Phase::Releasing);
+    ];
+    assert_eq!([asked, held, used, checked, released, confirmed], expected);
 }
 
 #[test]
 fn a_resource_is_refused_given_back_or_taken_away() {
     let resource = full();
-    let mut ends = channel(resource.protocol());
-    let (mut user, mut owner) = roles(&resource, &mut ends);
-    user.request().unwrap();
-    owner.read(|_| {});
-    owner.refuse().unwrap();
-    assert_eq!(user.read(|_| {}), Phase::Free);
+    let (mut user, mut owner) = channel(resource.protocol());
+    say(&resource, "ask", &mut user, &mut owner);
+    let refused = say(&resource, "refused", &mut owner, &mut user);
+    assert_eq!(refused, Phase::Free);
 
-    user.request().unwrap();
-    owner.read(|_| {});
-    owner.grant().unwrap();
-    user.read(|_| {});
-    user.give_back().unwrap();
-    assert_eq!(owner.read(|_| {}), Phase::Free);
+    say(&resource, "ask", &mut user, &mut owner);
+    say(&resource, "granted", &mut owner, &mut user);
+    let unused = say(&resource, "unused", &mut user, &mut owner);
+    assert_eq!(unused, Phase::Free);
 
-    user.request().unwrap();
-    owner.read(|_| {});
-    owner.grant().unwrap();
-    owner.take_away().unwrap();
-    let mut read = Vec::new();
-    assert_eq!(user.read(|change| read.push(change)), Phase::Free);
-    assert_eq!(read, [Change::Aborted]);
+    say(&resource, "ask", &mut user, &mut owner);
+    say(&resource, "granted", &mut owner, &mut user);
+    owner.abort().unwrap();
+    assert_eq!(user.poll(), Some(Change::Aborted));
+    assert_eq!(resource.phase(user.read_to()), Phase::Free);
 }
 
+/// It may be given back unused only before it is used, and released only behind the steps of its use.
 #[test]
 fn what_is_not_declared_or_not_next_is_refused_and_changes_nothing() {
+    let resource = full();
+    let flag = |name| resource.protocol().flag(name).unwrap();
+    let (mut user, mut owner) = channel(resource.protocol());
+    assert!(user.set(flag("back")).is_err() && owner.set(flag("granted")).is_err());
+    say(&resource, "ask", &mut user, &mut owner);
+    say(&resource, "granted", &mut owner, &mut user);
+    assert!(user.set(flag("back")).is_err(), "it was not used");
+    say(&resource, "taken", &mut user, &mut owner);
+    assert!(user.set(flag("unused")).is_err(), "it is in use");
+    assert_eq!(resource.phase(owner.read_to()), Phase::Held);
+
     let mut model = AcquireRelease::new("room", "robot", "door");
     model.acquire("ask", "granted").release("left");
     let resource = model.compile().unwrap();
-    let mut ends = channel(resource.protocol());
-    let (mut user, mut owner) = roles(&resource, &mut ends);
-    let error = user.give_back().unwrap_err();
-    assert_eq!(
-        error.to_string(),
-        "the protocol of the resource has no flag that says `give back`"
-    );
-    assert!(matches!(
-        user.release(),
-        Err(RoleError::Set(SetError::OutOfOrder { .. }))
-    ));
-    assert!(matches!(
-        owner.grant(),
-        Err(RoleError::Set(SetError::OutOfOrder { .. }))
-    ));
-    assert_eq!(owner.take_away(), Err(AbortError::NotKeeper));
-    assert_eq!((user.phase(), owner.phase()), (Phase::Free, Phase::Free));
-    assert!(matches!(
-        User::new(&resource, &mut ends.1),
-        Err(WrongSide::Party)
-    ));
-    assert!(matches!(
-        Owner::new(&full(), &mut ends.1),
-        Err(WrongSide::Protocol)
-    ));
+    let (_, mut owner) = channel(resource.protocol());
+    assert_eq!(resource.protocol().flag("unused"), None);
+    assert_eq!(owner.abort(), Err(AbortError::NotKeeper));
 }
 
 #[test]
@@ -192,17 +138,14 @@ fn the_owner_may_be_the_first_party_and_on_another_machine() {
     assert_eq!(resource.user(), Party::Second);
     let side = |party| Replica::new(resource.protocol(), 1, party, 0);
     let (mut robot, mut mediator) = (side(Party::First), side(Party::Second));
-    User::new(&resource, &mut mediator)
-        .unwrap()
-        .request()
-        .unwrap();
+    let flag = |name| resource.protocol().flag(name).unwrap();
+    mediator.set(flag("acquire")).unwrap();
     robot.merge(mediator.level()).unwrap();
-    let mut owner = Owner::new(&resource, &mut robot).unwrap();
-    owner.read(|_| {});
-    owner.grant().unwrap();
+    assert_eq!(robot.poll(), Some(Change::Flag(flag("acquire"))));
+    robot.set(flag("acquired")).unwrap();
     mediator.merge(robot.level()).unwrap();
-    let mut user = User::new(&resource, &mut mediator).unwrap();
-    assert_eq!(user.read(|_| {}), Phase::Held);
+    assert_eq!(mediator.poll(), Some(Change::Flag(flag("acquired"))));
+    assert_eq!(resource.phase(mediator.read_to()), Phase::Held);
     assert!(resource.is_held(mediator.position()));
 }
 
