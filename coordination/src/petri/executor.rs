@@ -177,7 +177,9 @@ impl Executor {
                 remaining,
             };
         }
-        fill_sources(net, state, ports);
+        if ports.can_fill() {
+            fill_sources(net, state, ports);
+        }
         let mut left = Allowance {
             firings: budget.firings,
             rounds: budget.rounds,

@@ -81,30 +81,10 @@ impl Board {
         }
     }
 
-    /// Fires `lane`, which is enabled, and what is ready behind it, at most `left`. Returns which fired
-    /// last. All that fired stay to do: they may not fire again in this round.
+    /// Fires `lane`, which is enabled, and what is ready behind it. Returns which fired last. All that fired stay to do: they may not
+    /// fire again in this round. `COUNTED`: at most `left` fire, which is used up; otherwise it is not looked at.
     #[inline(always)]
-    pub(super) fn run<const PORTS: bool>(
-        &mut self,
-        all: &[Row],
-        outside: &mut Outside<'_>,
-        lane: usize,
-        left: &mut u32,
-        on_fire: impl FnMut(usize),
-    ) -> usize {
-        // More than all of a block do not fire in a round.
-        if *left as usize > BITS {
-            let fresh = self.fresh;
-            let last = self.run_counted::<PORTS, false>(all, outside, lane, left, on_fire);
-            *left -= (fresh ^ self.fresh).count_ones();
-            return last;
-        }
-        self.run_counted::<PORTS, true>(all, outside, lane, left, on_fire)
-    }
-
-    /// `COUNTED`, or `left` allows all of a block.
-    #[inline(always)]
-    fn run_counted<const PORTS: bool, const COUNTED: bool>(
+    pub(super) fn run<const PORTS: bool, const COUNTED: bool>(
         &mut self,
         all: &[Row],
         outside: &mut Outside<'_>,
@@ -145,7 +125,6 @@ impl Board {
                         rest.nth(ahead);
                         break;
                     }
-                    board.todo &= !behind;
                 }
                 behind <<= 1;
             }

@@ -3,6 +3,7 @@
 use alloc::boxed::Box;
 use alloc::vec;
 use alloc::vec::Vec;
+use core::ops::Range;
 
 use super::cuts::Cuts;
 use super::layout::{BITS, Layout, Row, Users};
@@ -104,46 +105,75 @@ fn woken(row: &Row, users: &Users) -> u64 {
     woken
 }
 
-/// Adds what a transition, the one of this lane, asks and does, place by place; `bit_of` says where each is.
-#[inline(always)]
-fn row_of(
+/// What the transitions of a block ask and do, and who needs its places how; `bit_of` says where each place is. A function of its own, which
+/// has the registers for itself.
+#[inline(never)]
+fn add_rows(
+    structure: &Structure,
+    block: Range<usize>,
+    rows: &mut [Row],
+    users: &mut Users,
+    bit_of: impl Fn(PlaceId) -> usize,
+) {
+    let mut own = 1_u64;
+    let self_loops = &structure.self_loops[block.clone()];
+    let arcs = structure.arcs_among(block.clone());
+    for (((inputs, outputs), row), &has_self_loop) in arcs.zip(&mut *rows).zip(self_loops) {
+        if has_self_loop {
+            let arcs = structure.arcs_of(block.start + own.trailing_zeros() as usize);
+            *row = row_with_self_loops(arcs, own, users, &bit_of);
+        } else {
+            let (mut value, mut flip) = (0, 0);
+            for &place in inputs {
+                let bit = bit_of(place) % BITS;
+                value |= 1 << bit;
+                users[bit][1] |= own;
+            }
+            for &place in outputs {
+                let bit = bit_of(place) % BITS;
+                flip |= 1 << bit;
+                users[bit][0] |= own;
+            }
+            flip |= value;
+            *row = Row {
+                mask: flip,
+                value,
+                flip,
+                wakes: 0,
+            };
+        }
+        own <<= 1;
+    }
+    for row in rows {
+        row.wakes |= woken(row, users);
+    }
+}
+
+#[cold]
+fn row_with_self_loops(
     arcs: Arcs<'_>,
-    lane: usize,
+    own: u64,
     users: &mut Users,
     bit_of: impl Fn(PlaceId) -> usize,
 ) -> Row {
     let mut row = Row::default();
-    if arcs.has_self_loop {
-        for_conditions(arcs, |place, demand| {
-            let bit = bit_of(place) % BITS;
-            row.add(1 << bit, demand);
-            users[bit][usize::from(demand.is_met(true))] |= 1 << lane;
-        });
-        return row;
-    }
-    let (inputs, outputs) = arcs.places.split_at(arcs.inputs);
-    for &place in inputs {
+    for_conditions(arcs, |place, demand| {
         let bit = bit_of(place) % BITS;
-        row.value |= 1 << bit;
-        users[bit][1] |= 1 << lane;
+        row.add(1 << bit, demand);
+        users[bit][usize::from(demand.is_met(true))] |= own;
+    });
+    // One that changes nothing stays enabled.
+    if row.flip == 0 {
+        row.wakes = own;
     }
-    row.mask = row.value;
-    for &place in outputs {
-        let bit = bit_of(place) % BITS;
-        row.mask |= 1 << bit;
-        users[bit][0] |= 1 << lane;
-    }
-    row.flip = row.mask;
     row
 }
 
-/// Adds which transitions of the block the firings of its rows may enable.
-#[inline(always)]
-fn add_wakes(rows: &mut [Row], users: &Users) {
-    for (lane, row) in rows.iter_mut().enumerate() {
-        // One that changes nothing stays enabled.
-        row.wakes = u64::from(row.flip == 0) << lane | woken(row, users);
-    }
+/// A row for each transition, and the last one.
+fn no_rows(structure: &Structure) -> Box<[Row]> {
+    let mut rows = vec![Row::default(); structure.transition_count() + 1];
+    rows[structure.transition_count()] = Row::NEVER;
+    rows.into()
 }
 
 /// The bits of the places are their numbers.
@@ -152,17 +182,20 @@ fn one_word(structure: &Structure) -> (Layout, State) {
     for (place, &is_marked) in structure.marked.iter().enumerate() {
         now.marks |= u64::from(is_marked) << place;
     }
-    let mut users = [[0; 2]; BITS];
-    let mut rows = Vec::with_capacity(structure.transition_count() + 1);
-    for (lane, arcs) in structure.arcs().enumerate() {
-        rows.push(row_of(arcs, lane, &mut users, PlaceId::index));
-    }
-    add_wakes(&mut rows, &users);
-    rows.push(Row::NEVER);
+    let mut users: Box<[Users]> = vec![[[0; 2]; BITS]].into();
+    let mut rows = no_rows(structure);
+    let all = 0..structure.transition_count();
+    add_rows(
+        structure,
+        all.clone(),
+        &mut rows[all],
+        &mut users[0],
+        PlaceId::index,
+    );
     let layout = Layout {
-        rows: rows.into(),
+        rows,
         spots: Box::default(),
-        users: [users].into(),
+        users,
         shared: 0,
         neighbours: Box::default(),
         has_ports: false,
@@ -183,30 +216,34 @@ fn several_words(structure: &Structure, cuts: Cuts) -> (Layout, State) {
         .collect();
     let last = states.len() - 1;
     for (spot, &is_marked) in spots.iter().zip(&structure.marked) {
-        // Shared ones in the block that runs first.
-        let block = usize::from(spot.block).min(last);
-        states[block].marks |= u64::from(is_marked) << spot.bit;
+        if is_marked {
+            // Shared ones in the block that runs first.
+            let block = usize::from(spot.block).min(last);
+            states[block].marks |= spot.mask();
+        }
     }
-    let mut rows: Vec<Row> = Vec::with_capacity(structure.transition_count() + 1);
+    let mut rows = no_rows(structure);
     let mut users: Vec<Users> = vec![[[0; 2]; BITS]; blocks.len()];
     let mut neighbours = vec![[0; 2]; shared.count_ones() as usize];
-    let mut all = structure.arcs();
     for ((number, state), users) in states.iter_mut().enumerate().zip(&mut users) {
-        for (lane, arcs) in all.by_ref().take(state.end - state.first).enumerate() {
-            let row = row_of(arcs, lane, users, |place| spots[place.index()].bit.into());
-            state.on_shared |= u64::from(row.mask & shared != 0) << lane;
-            rows.push(row);
+        let block = state.first..state.end;
+        let rows = &mut rows[block.clone()];
+        add_rows(structure, block, rows, users, |place| {
+            spots[place.index()].bit.into()
+        });
+        if shared != 0 {
+            for (lane, row) in rows.iter().enumerate() {
+                state.on_shared |= u64::from(row.mask & shared != 0) << lane;
+            }
         }
-        add_wakes(&mut rows[state.first..], users);
         for (blocks, users) in neighbours.iter_mut().zip(users.iter().rev()) {
             for (blocks, users) in blocks.iter_mut().zip(users) {
                 *blocks |= u64::from(*users != 0) << number;
             }
         }
     }
-    rows.push(Row::NEVER);
     let layout = Layout {
-        rows: rows.into(),
+        rows,
         spots: spots.into(),
         users: users.into(),
         shared,

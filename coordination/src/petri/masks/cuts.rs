@@ -37,6 +37,7 @@ impl Cuts {
             far += usize::from(last - first >= BITS);
         }
         let mut block_of = vec![0; transitions];
+        let mut spots = vec![Spot::default(); places];
         let most = BITS.saturating_sub(far);
         // Where processes share something, mostly one more place reaches across each cut.
         let likely = most.saturating_sub(if far == 0 { 0 } else { places / BITS });
@@ -58,15 +59,15 @@ impl Cuts {
             }
             let mut own = [0; MAX_BLOCKS];
             let mut shared = 0;
-            let mut spots = Vec::with_capacity(places);
-            for user in &structure.uses {
+            for (spot, user) in spots.iter_mut().zip(&structure.uses) {
                 let [first, last] = user.transitions().map(|transition| block_of[transition]);
                 // Where all places fit into a word, that is the word of all.
-                spots.push(if first == last && places > BITS {
-                    own[usize::from(first)] += 1;
+                *spot = if first == last && places > BITS {
+                    let own = &mut own[usize::from(first) % MAX_BLOCKS];
+                    *own += 1;
                     Spot {
                         block: first,
-                        bit: own[usize::from(first)] - 1,
+                        bit: *own - 1,
                     }
                 } else {
                     shared += 1;
@@ -77,7 +78,7 @@ impl Cuts {
                         block: Spot::SHARED,
                         bit: BITS as u8 - shared,
                     }
-                });
+                };
             }
             let shared = usize::from(shared);
             let largest = own.iter().max().copied().unwrap_or_default();

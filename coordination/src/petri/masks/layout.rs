@@ -45,7 +45,7 @@ impl Row {
 pub(in crate::petri) type Users = [[u64; 2]; BITS];
 
 /// Where a place is.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(in crate::petri) struct Spot {
     /// The block, or [`Spot::SHARED`].
     pub(in crate::petri) block: u8,

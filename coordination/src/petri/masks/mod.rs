@@ -13,14 +13,14 @@
 //! another with some resources between them fit; a net that does not fit is laid out in
 //! [other blocks](super::blocks).
 //!
-//! **To do.** Each block has a set of transitions to look at, `todo`, a bit for each. To look at one
-//! takes it out. What a firing could enable, it puts in, by a mask: those of its own block that need marked
-//! what it has marked, or empty what it has emptied. A block that is left for another one tells the blocks
-//! that need a shared place as it is now, and was not before. Since the processor guesses that the next one
-//! in the order is to do and enabled, a firing does not wait for the one before it.
+//! **To do.** Each block has a set of transitions to look at, `todo`, a bit for each. A search for one that is enabled takes out
+//! those that are not. What a firing could enable, it puts in, by a mask: those of its own block that need marked
+//! what it has marked, or empty what it has emptied. What has fired stays in, which costs nothing. A block that is left for another one
+//! tells the blocks that need a shared place as it is now, and was not before. Since the processor guesses that one of the next two in
+//! the order is enabled, a firing does not wait for the one before it; these two are asked whether they are to do or not.
 //!
-//! **Bound.** A firing costs the same in all nets. The search for the next looks at each transition that
-//! was put in since it was looked at last, once; at most all of the net. A net has at most
+//! **Bound.** A firing costs the same in all nets. The search for the next looks at the two behind it, and at each transition that has
+//! fired or was put in since it was looked at last, once; at most at all of the net. A net has at most
 //! [`MAX_BLOCKS`] blocks, so that an evaluation costs at most a constant, plus another for each firing.
 //!
 //! **Contract.** Between any two firings: (1) a transition that is enabled is in `todo`, or it needs a

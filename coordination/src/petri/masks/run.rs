@@ -34,9 +34,8 @@ impl State {
     #[inline(always)]
     fn fire_next(&mut self, row: &Row) -> usize {
         let fired = self.next;
-        let bit = 1 << (fired.wrapping_sub(self.now.first) % BITS);
         self.now.marks ^= row.flip;
-        self.now.todo = (self.now.todo & !bit) | row.wakes;
+        self.now.todo |= row.wakes;
         self.last = fired;
         self.next = fired.wrapping_add(1);
         fired
@@ -64,7 +63,7 @@ impl State {
         left: &mut Allowance,
         on_fire: impl FnMut(usize),
     ) -> bool {
-        let enabled = self.is_any_enabled(layout);
+        let enabled = self.next != Self::UNKNOWN || self.is_any_enabled(layout);
         if left.firings == 0 || left.rounds == 0 || !enabled {
             return enabled;
         }
@@ -89,15 +88,24 @@ impl State {
         let mut board = Board::of(self);
         let mut lane = self.next;
         let next = loop {
+            // More than all do not fire in a round.
+            let is_counted = left.firings as usize <= BITS;
             // A round: until none is ready that has not fired in it.
             let last = loop {
-                let last =
-                    board.run::<PORTS>(all, &mut outside, lane, &mut left.firings, &mut on_fire);
+                let firings = &mut left.firings;
+                let last = if is_counted {
+                    board.run::<PORTS, true>(all, &mut outside, lane, firings, &mut on_fire)
+                } else {
+                    board.run::<PORTS, false>(all, &mut outside, lane, firings, &mut on_fire)
+                };
                 match board.search(all, board.fresh) {
                     Some(ready) if left.firings > 0 => lane = ready,
                     _ => break last,
                 }
             };
+            if !is_counted {
+                left.firings -= (!board.fresh).count_ones();
+            }
             self.last = last;
             board.fresh = !0;
             left.rounds -= 1;
@@ -163,7 +171,15 @@ impl State {
         // Other blocks come before the beginning of this one.
         if let Some(lane) = lane.or_else(|| board.search(all, board.fresh)) {
             let on_fire = |lane| on_fire(first + lane);
-            let last = board.run::<PORTS>(all, &mut outside, lane, left, on_fire);
+            let fresh = board.fresh;
+            let last = if *left as usize > BITS {
+                // More than all of a block do not fire in a round.
+                let last = board.run::<PORTS, false>(all, &mut outside, lane, left, on_fire);
+                *left -= (fresh ^ board.fresh).count_ones();
+                last
+            } else {
+                board.run::<PORTS, true>(all, &mut outside, lane, left, on_fire)
+            };
             self.last = first + last;
             self.last_block = self.block;
             self.used |= 1 << self.block;

@@ -13,10 +13,12 @@ pub(in crate::petri) struct NumberedArc {
     pub(in crate::petri) place: u32,
 }
 
+const NO_LIST: u32 = u32::MAX;
+
 /// How a place is used.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(in crate::petri) struct Use {
-    /// The first list that it is in, and the last, both counted from one; 0 if it is in none.
+    /// The first list that it is in, and the last; [`NO_LIST`] if it is in none.
     first: u32,
     last: u32,
     /// How many arcs it has, and how many of them enter it.
@@ -25,16 +27,24 @@ pub(in crate::petri) struct Use {
 }
 
 impl Use {
+    const NONE: Self = Self {
+        first: NO_LIST,
+        last: NO_LIST,
+        arcs: 0,
+        into: 0,
+    };
+
     /// The first transition that mentions the place, and the last.
+    #[inline]
     pub(in crate::petri) fn transitions(&self) -> [usize; 2] {
-        [self.first, self.last].map(|list| list.saturating_sub(1) as usize / 2)
+        [self.first, self.last].map(|list| list as usize / 2)
     }
 
     /// Whether the first and the last transition that mention the place are in different groups of
     /// `transitions` each.
     pub(in crate::petri) fn spans_groups_of(&self, transitions: usize) -> bool {
-        let group = |list: u32| list.saturating_sub(1) as usize / 2 / transitions;
-        group(self.first) != group(self.last)
+        let [first, last] = self.transitions();
+        first / transitions != last / transitions
     }
 }
 
@@ -62,7 +72,7 @@ impl Lists {
     ) -> Option<Self> {
         let mut starts = vec![0; 2 * transition_count + 1];
         let mut places = vec![PlaceId(0); arcs.len()];
-        let mut uses = vec![Use::default(); place_count];
+        let mut uses = vec![Use::NONE; place_count];
         let mut self_loops = vec![false; transition_count];
         let mut has_duplicates = false;
         let mut begun = 0;
@@ -77,15 +87,15 @@ impl Lists {
             }
             *entry = PlaceId(place as u16);
             let user = &mut uses[place as usize];
-            let before = core::mem::replace(&mut user.last, list + 1);
-            if before == 0 {
-                user.first = list + 1;
+            let before = core::mem::replace(&mut user.last, list);
+            if before == NO_LIST {
+                user.first = list;
             }
-            has_duplicates |= before == list + 1;
+            has_duplicates |= before == list;
             let is_output = list % 2;
             user.arcs += 1;
             user.into += is_output;
-            if is_output == 1 && before == list {
+            if is_output == 1 && before == list - 1 {
                 self_loops[list as usize / 2] = true;
             }
         }

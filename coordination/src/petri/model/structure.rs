@@ -1,6 +1,7 @@
 //! A checked model in numbers.
 
 use alloc::boxed::Box;
+use core::ops::Range;
 
 use super::binding::PlaceKind;
 use super::lists::Use;
@@ -77,19 +78,23 @@ impl Structure {
 
     /// The arcs of all transitions, in order.
     pub(in crate::petri) fn arcs(&self) -> impl Iterator<Item = Arcs<'_>> {
-        let mut rest = &*self.places;
-        let mut start = 0;
-        let ends = self.starts[1..].as_chunks::<2>().0.iter();
-        { ends.zip(&self.self_loops) }.map(move |(&[middle, end], &has_self_loop)| {
-            let (places, behind) = rest.split_at((end - start) as usize);
-            let inputs = (middle - start) as usize;
-            rest = behind;
+        (0..self.transition_count()).map(|transition| self.arcs_of(transition))
+    }
+
+    /// Inputs and outputs of these transitions, in order.
+    #[inline]
+    pub(in crate::petri) fn arcs_among(
+        &self,
+        transitions: Range<usize>,
+    ) -> impl Iterator<Item = (&[PlaceId], &[PlaceId])> {
+        let starts = &self.starts[2 * transitions.start..=2 * transitions.end];
+        let mut start = starts[0] as usize;
+        let places = &*self.places;
+        { starts[1..].as_chunks::<2>().0.iter() }.map(move |ends| {
+            let [middle, end] = ends.map(|end| end as usize);
+            let lists = (&places[start..middle], &places[middle..end]);
             start = end;
-            Arcs {
-                places,
-                inputs,
-                has_self_loop,
-            }
+            lists
         })
     }
 
