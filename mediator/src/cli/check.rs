@@ -123,7 +123,7 @@ fn describe_floor(findings: &Findings, alone: &[&str]) -> String {
         }
         Verdict::Unknown { steps } => {
             format!(
-                "\nwhole floor: not decided: more than {looked} placements of robots and nets; no robots that wait for each other within {steps} steps\n"
+                "\nwhole floor: not decided: more than {looked} placements of robots and nets; no robots that wait for each other by the order of their areas within {steps} steps\n"
             )
         }
         Verdict::May { steps, waits } => {
@@ -140,6 +140,12 @@ fn describe_floor(findings: &Findings, alone: &[&str]) -> String {
                    transitions, or `[roles.<role>] ages_after`\n"
         }
     };
+    if !findings.is_whole {
+        text += &format!(
+            "  there are more than {looked} placements: who waits for a robot that fails is told as far as the order of areas says, and of \
+             coordinations that stand still nothing\n"
+        );
+    }
     text.extend(findings.stills.iter().map(describe_still));
     text.extend(findings.deaths.iter().map(describe_death));
     text

@@ -25,7 +25,7 @@ struct Cli {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Validate a site file and its nets, and print what the mediator would do
+    /// Validate a site file and its nets, and print what the mediator would do (exit code 2: refused, 3: not decided)
     Check {
         /// Site file, such as config/sites/corridor.toml
         #[arg(long, value_name = "FILE")]

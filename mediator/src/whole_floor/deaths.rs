@@ -2,7 +2,6 @@
 
 use std::collections::BTreeSet;
 
-use super::explore::Explored;
 use super::floor::Floor;
 use super::gate_net::GateNet;
 use super::graph::{Edge, Graph, Step};
@@ -69,6 +68,11 @@ fn of_robot(
     ends: &Ends<'_>,
 ) -> Option<Death> {
     let happens = |edge: &Edge| happens_without(graph, edge, robot);
+    // It stays where it is, whatever it is told: a way of others that needs more is none.
+    let stays = |edge: &Edge| {
+        let [before, after] = [edge.from, edge.to].map(|place| &*graph.states[place as usize]);
+        floor.stands_in(before, robot) == floor.stands_in(after, robot)
+    };
     let mut waits = vec![false; graph.states.len()];
     // Whether there is any place where this is so for its death only.
     let mut take = |places: Vec<bool>, anyway: &[bool]| {
@@ -82,7 +86,10 @@ fn of_robot(
     };
     let others = (0..floor.routes.len()).filter(|&other| other != robot);
     let robots: Vec<String> = others
-        .filter(|&other| take(stuck(floor, graph, other, happens), &stuck_anyway[other]))
+        .filter(|&other| {
+            let stuck = stuck(floor, graph, other, |edge| happens(edge) && stays(edge));
+            take(stuck, &stuck_anyway[other])
+        })
         .map(|other| floor.routes[other].robot.clone())
         .collect();
     let coordinations: Vec<String> = { ends.0.iter() }
@@ -123,18 +130,18 @@ fn happens_without(graph: &Graph, edge: &Edge, dead: usize) -> bool {
     edge.step.robot() != Some(dead) && !takes_it()
 }
 
-/// By the order of areas alone, in the placements that were looked at: what a dead robot has stays taken, and who needs it stays where it is
-/// with what it has.
-pub(super) fn of_part(floor: &Floor, explored: &Explored) -> Vec<Death> {
-    let graph = &explored.graph;
+/// By the order of areas alone, in the placements that were found: what a dead robot has stays taken, and who needs it stays where it is
+/// with what it has. `anyway`: by placement, who waits although all live.
+pub(super) fn of_part(floor: &Floor, graph: &Graph, anyway: &[Vec<usize>]) -> Vec<Death> {
     let count = floor.routes.len();
     let mut robots: Vec<BTreeSet<usize>> = vec![BTreeSet::new(); count];
     let mut stands_in: Vec<BTreeSet<u16>> = vec![BTreeSet::new(); count];
     let mut first: Vec<Option<usize>> = vec![None; count];
-    for (place, state) in graph.states[..explored.known].iter().enumerate() {
+    for (place, (state, anyway)) in graph.states.iter().zip(anyway).enumerate() {
         let occupied = floor.occupied(state);
         for dead in 0..count {
-            let held_up = occupied.who_waits_for(dead);
+            let mut held_up = occupied.who_waits_for(dead);
+            held_up.retain(|robot| !anyway.contains(robot));
             if !held_up.is_empty() {
                 first[dead].get_or_insert(place);
                 robots[dead].extend(held_up);

@@ -201,6 +201,13 @@ impl Floor {
         areas
     }
 
+    /// A coordination can take the robot's discrete control.
+    pub(super) fn is_cast(&self, robot: usize) -> bool {
+        let situations = self.controls.iter().flat_map(|net| &net.situations);
+        let mut casts = situations.flat_map(|situation| &situation.casts);
+        casts.any(|cast| cast.names(robot))
+    }
+
     /// A net lets the robot into the area.
     pub(super) fn lets_in(&self, state: &State, robot: usize, area: u16) -> bool {
         self.governed_by[usize::from(area)].is_some_and(|net| {

@@ -17,14 +17,17 @@ pub(super) fn judge(floor: &Floor, explored: &Explored) -> Findings {
         Findings {
             verdict: of_whole(floor, graph, &stuck),
             looked: graph.states.len(),
+            is_whole: true,
             deaths: deaths::of_whole(floor, graph, &stuck),
             stills: stills(floor, graph),
         }
     } else {
+        let waits = wait_anyway(floor, explored);
         Findings {
-            verdict: of_part(floor, explored),
+            verdict: of_part(floor, explored, &waits),
             looked: graph.states.len(),
-            deaths: deaths::of_part(floor, explored),
+            is_whole: false,
+            deaths: deaths::of_part(floor, graph, &waits),
             stills: Vec::new(),
         }
     }
@@ -50,29 +53,34 @@ fn of_whole(floor: &Floor, graph: &Graph, stuck: &[Vec<bool>]) -> Verdict {
     }
 }
 
-/// Robots that wait for each other are found whatever there is besides; where nothing can happen any more, all that have somewhere to go.
-fn of_part(floor: &Floor, explored: &Explored) -> Verdict {
-    let graph = &explored.graph;
-    let mut leads_on = vec![false; graph.states.len()];
-    for edge in &graph.edges {
-        leads_on[edge.from as usize] = true;
-    }
-    let nearest = (0..explored.known).find_map(|place| {
-        let state = &graph.states[place];
-        let waits = if leads_on[place] {
-            floor.occupied(state).who_waits_for_each_other()
-        } else {
-            let robots = 0..floor.routes.len();
-            robots.filter(|&own| floor.goes_on(state, own)).collect()
-        };
-        (!waits.is_empty()).then_some((place, waits))
-    });
-    match nearest {
-        Some((place, waits)) => dead(floor, graph, place, &waits),
+fn of_part(floor: &Floor, explored: &Explored, waits: &[Vec<usize>]) -> Verdict {
+    match waits.iter().position(|waits| !waits.is_empty()) {
+        Some(place) => dead(floor, &explored.graph, place, &waits[place]),
         None => Verdict::Unknown {
             steps: explored.steps,
         },
     }
+}
+
+/// By placement: robots that wait for each other by the order of areas, which is so whatever there is besides; where nothing can happen any
+/// more, all that have somewhere to go.
+fn wait_anyway(floor: &Floor, explored: &Explored) -> Vec<Vec<usize>> {
+    let states = &explored.graph.states;
+    // Of those that were only found, nobody knows.
+    let mut leads_on = vec![true; states.len()];
+    leads_on[..explored.known].fill(false);
+    for edge in &explored.graph.edges {
+        leads_on[edge.from as usize] = true;
+    }
+    let waits = states.iter().zip(leads_on).map(|(state, leads_on)| {
+        if leads_on {
+            floor.occupied(state).who_waits_for_each_other()
+        } else {
+            let robots = 0..floor.routes.len();
+            robots.filter(|&own| floor.goes_on(state, own)).collect()
+        }
+    });
+    waits.collect()
 }
 
 /// These robots wait for ever there.
@@ -86,7 +94,7 @@ fn dead(floor: &Floor, graph: &Graph, place: usize, waits: &[usize]) -> Verdict 
     }
 }
 
-/// Coordinations that come to no end unless somebody has waited for too long.
+/// Coordinations that come to an end only when somebody has waited for too long.
 fn stills(floor: &Floor, graph: &Graph) -> Vec<Still> {
     let stills = floor
         .controls
@@ -95,11 +103,13 @@ fn stills(floor: &Floor, graph: &Graph) -> Vec<Still> {
         .filter_map(|(number, net)| {
             let is_idle = |place: usize| graph.states[place].controls[number].phase == Phase::Idle;
             let ends = graph.can_reach(is_idle, |edge| !edge.step.is_late());
+            let ends_late = graph.can_reach(is_idle, |_| true);
             let runs = |place: &usize| {
                 let phase = &graph.states[*place].controls[number].phase;
                 matches!(phase, Phase::Running { .. })
             };
-            let first = (0..graph.states.len()).find(|place| !ends[*place] && runs(place))?;
+            let first = (0..graph.states.len())
+                .find(|place| !ends[*place] && ends_late[*place] && runs(place))?;
             Some(Still {
                 coordination: net.id.clone(),
                 steps: way_to(floor, graph, first),

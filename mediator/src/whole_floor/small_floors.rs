@@ -107,8 +107,10 @@ fn crowd(mut routes: Vec<Route>, areas: u16) -> Floor {
 #[test]
 fn two_that_wait_for_each_other_are_found_on_a_floor_that_is_too_large() {
     let routes = vec![alone("one", 0), route("two", 1, &[(1, &[0]), (0, &[1])])];
-    let verdict = judge_floor(&crowd(routes, 2)).verdict;
+    let findings = judge_floor(&crowd(routes, 2));
+    let verdict = findings.verdict;
     assert_eq!(names(&verdict), ["one", "two"], "{verdict:?}");
+    assert_eq!(findings.deaths, [], "they wait anyway");
     let Verdict::May { steps, .. } = verdict else {
         panic!("they are named");
     };

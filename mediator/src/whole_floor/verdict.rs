@@ -11,6 +11,8 @@ pub(crate) struct Findings {
     pub(crate) verdict: Verdict,
     /// How many placements of robots and nets were looked at.
     pub(crate) looked: usize,
+    /// There are no others.
+    pub(crate) is_whole: bool,
     /// By robot, where others may wait for it that do not wait for ever anyway. Of a floor that was looked at in part: only robots that
     /// wait, by the order of areas, and only as far as that was.
     pub(crate) deaths: Vec<Death>,

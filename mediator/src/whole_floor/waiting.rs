@@ -3,7 +3,7 @@
 use super::floor::Floor;
 use super::state::{Areas, State};
 
-/// Who has which areas, and who goes nowhere without which others.
+/// Who has which areas for as long as it waits, and who goes nowhere without which others.
 pub(super) struct Occupied<'a> {
     capacities: &'a [usize],
     /// By robot.
@@ -18,12 +18,20 @@ impl Floor {
     pub(super) fn occupied(&self, state: &State) -> Occupied<'_> {
         let robots = 0..self.routes.len();
         let has: Vec<Areas> = { robots.clone() }
-            .map(|robot| self.has(state, robot))
+            .map(|robot| {
+                if self.is_cast(robot) {
+                    // What it is not in yet it may be told to give back.
+                    self.stands_in(state, robot).clone()
+                } else {
+                    self.has(state, robot)
+                }
+            })
             .collect();
         let lacks: Vec<Areas> = robots
             .map(|robot| {
+                let has = self.has(state, robot);
                 let areas = self.heads_for(state, robot).into_iter().flatten();
-                let lacks = areas.filter(|area| !has[robot].contains(area));
+                let lacks = areas.filter(|area| !has.contains(area));
                 lacks.copied().collect()
             })
             .collect();
@@ -43,7 +51,7 @@ impl Floor {
 }
 
 impl Occupied<'_> {
-    /// Robots that wait for each other: each lacks an area that others of them fill.
+    /// Robots that wait for each other for ever: each lacks an area that others of them fill.
     pub(super) fn who_waits_for_each_other(&self) -> Vec<usize> {
         let mut waits: Vec<usize> = (0..self.has.len()).collect();
         loop {

@@ -145,7 +145,7 @@ fn add_rows(
         own <<= 1;
     }
     for row in rows {
-        row.wakes |= woken(row, users);
+        row.wakes = woken(row, users);
     }
 }
 
@@ -162,15 +162,11 @@ fn row_with_self_loops(
         row.add(1 << bit, demand);
         users[bit][usize::from(demand.is_met(true))] |= own;
     });
-    // One that changes nothing stays enabled.
-    if row.flip == 0 {
-        row.wakes = own;
-    }
     row
 }
 
 /// A row for each transition, and the last one.
-fn no_rows(structure: &Structure) -> Box<[Row]> {
+fn empty_rows(structure: &Structure) -> Box<[Row]> {
     let mut rows = vec![Row::default(); structure.transition_count() + 1];
     rows[structure.transition_count()] = Row::NEVER;
     rows.into()
@@ -183,7 +179,7 @@ fn one_word(structure: &Structure) -> (Layout, State) {
         now.marks |= u64::from(is_marked) << place;
     }
     let mut users: Box<[Users]> = vec![[[0; 2]; BITS]].into();
-    let mut rows = no_rows(structure);
+    let mut rows = empty_rows(structure);
     let all = 0..structure.transition_count();
     add_rows(
         structure,
@@ -222,7 +218,7 @@ fn several_words(structure: &Structure, cuts: Cuts) -> (Layout, State) {
             states[block].marks |= spot.mask();
         }
     }
-    let mut rows = no_rows(structure);
+    let mut rows = empty_rows(structure);
     let mut users: Vec<Users> = vec![[[0; 2]; BITS]; blocks.len()];
     let mut neighbours = vec![[0; 2]; shared.count_ones() as usize];
     for ((number, state), users) in states.iter_mut().enumerate().zip(&mut users) {

@@ -57,7 +57,7 @@ impl Cuts {
             for (block, number) in blocks.iter().zip(0..) {
                 block_of[block.clone()].fill(number);
             }
-            let mut own = [0; MAX_BLOCKS];
+            let mut own = [0_u16; MAX_BLOCKS];
             let mut shared = 0;
             for (spot, user) in spots.iter_mut().zip(&structure.uses) {
                 let [first, last] = user.transitions().map(|transition| block_of[transition]);
@@ -67,7 +67,8 @@ impl Cuts {
                     *own += 1;
                     Spot {
                         block: first,
-                        bit: *own - 1,
+                        // Too many do not fit: the largest is looked at below.
+                        bit: (*own - 1) as u8,
                     }
                 } else {
                     shared += 1;

@@ -19,7 +19,7 @@
 //! tells the blocks that need a shared place as it is now, and was not before. Since the processor guesses that one of the next two in
 //! the order is enabled, a firing does not wait for the one before it; these two are asked whether they are to do or not.
 //!
-//! **Bound.** A firing costs the same in all nets. The search for the next looks at the two behind it, and at each transition that has
+//! **Bound.** A firing costs the same in all nets. The search for the next looks at the one or two behind it, and at each transition that has
 //! fired or was put in since it was looked at last, once; at most at all of the net. A net has at most
 //! [`MAX_BLOCKS`] blocks, so that an evaluation costs at most a constant, plus another for each firing.
 //!

@@ -63,6 +63,7 @@ impl State {
         left: &mut Allowance,
         on_fire: impl FnMut(usize),
     ) -> bool {
+        // Mostly it is known, without a call.
         let enabled = self.next != Self::UNKNOWN || self.is_any_enabled(layout);
         if left.firings == 0 || left.rounds == 0 || !enabled {
             return enabled;

@@ -64,3 +64,18 @@ fn nor_one_whose_places_all_reach_across() {
     }
     assert_eq!(fits(&model), None);
 }
+
+/// One transition is never cut: 260 places of its own do not fit into a word.
+#[test]
+fn nor_one_whose_transition_has_more_places_than_a_word() {
+    let mut model = NetModel::new("many");
+    let names: Vec<String> = (0..260).map(|i| format!("part{i}")).collect();
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    for name in &names {
+        model.place(name).mark(name);
+    }
+    model.place("whole");
+    model.transition("join", &names, &["whole"]);
+    model.end("whole", &["whole"]);
+    assert_eq!(fits(&model), None);
+}
