@@ -32,6 +32,8 @@ class Follower:
         self.lease_from = -math.inf
         self.take_up: Any = None
         self.other_since = self.other_at = -math.inf
+        # When another mediator was heard last that may grant something; and until when this process listens whether there is one.
+        self.other_grants_at = self.listens_until = -math.inf
         self.wrong = 0
         # Something is to be reported at once.
         self.news = False
@@ -65,7 +67,7 @@ class Follower:
             self.refusal = self.refusal if self.session else message.refusal
             return
         if other and not self.may_follow(message, now):
-            self.note_other(now)
+            self.note_other(message, now)
             return
         registered_before = self.session != 0
         self.epoch, self.heard_sequence, self.heard_at = message.mediator_epoch, message.sequence, now
@@ -85,6 +87,7 @@ class Follower:
         self.news |= self.session != message.session or other
         self.session = message.session
         if registers:
+            self.listens_until = now + page.LISTENS_FIRST_S
             self.forget()
             self.take_up = message.take_up if message.HasField("take_up") else None
         self.learn_levels(message, registers)
@@ -123,8 +126,11 @@ class Follower:
             return False
         return message.mediator_epoch > self.epoch and (same_journal or silent)
 
-    def note_other(self, now: float) -> None:
-        """Tells people when another mediator speaks for long."""
+    def note_other(self, message: Any, now: float) -> None:
+        """Tells people when another mediator speaks for long; and while it may grant something, this robot enters nothing."""
+        ended = message.journal == self.journal and message.mediator_epoch < self.epoch
+        if not message.stands_by and not ended:
+            self.other_grants_at = now
         if now > self.other_at + page.SILENT_S:
             self.other_since = now
         if now > self.other_since + page.DOUBLED_S >= self.other_at:
@@ -147,8 +153,9 @@ class Follower:
             self.sequence = echoed
 
     def has_lease(self, now: float) -> bool:
-        """Whether it may newly reach into what it was granted."""
-        return self.session != 0 and now < self.lease_from + page.LEASE_S and now <= self.heard_at + page.SILENT_S
+        """Whether it may newly reach into what it was granted: by its lease, and since no other mediator is heard that grants."""
+        alone = now >= self.listens_until and now > self.other_grants_at + page.SILENT_S
+        return alone and self.session != 0 and now < self.lease_from + page.LEASE_S and now <= self.heard_at + page.SILENT_S
 
     def hears(self, now: float) -> bool:
         """Whether the mediator that it follows is heard."""

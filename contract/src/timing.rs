@@ -7,6 +7,8 @@ pub const LEVEL_PERIOD_NS: u64 = 200_000_000;
 pub const SILENT_AFTER_NS: u64 = 1_000_000_000;
 /// How long a robot may newly enter what it was granted after it has sent the newest report that its mediator says it has.
 pub const LEASE_NS: u64 = 1_000_000_000;
+/// A robot's process that was just registered enters nothing for so long: by then it has heard whether another mediator speaks to it, too.
+pub const LISTENS_FIRST_NS: u64 = 1_000_000_000;
 /// The longest time from when a robot may still pass its point of no return before an area until it has entered the area or
 /// stands before it: it obeys the end of its lease, or drives on into the area, at whatever speed.
 pub const ENTERS_WITHIN_NS: u64 = 3_900_000_000;

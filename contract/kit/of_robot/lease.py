@@ -7,12 +7,15 @@ import time
 from .. import page
 from ..hall import Hall
 from . import SUITE
+from .mediators import other_mediator
 
 LEASE = "It may go on to reach into a granted area in which it does not stand only while that is less than **1 s** ago."
 SENT = "The robot remembers when it sent that report, by its own clock."
 OVER = "When the time is over it no longer may: if it can still stop before the border it does, else it may roll in."
 SILENT = ("A robot that has heard nothing from the mediator for 1 s keeps what it has, and stops before the border of any area in which it does "
           "not stand, granted or not.")
+OTHERS = ("A robot that hears another mediator than the one it follows has no lease for 1 s from then on, unless that one stands by or has ended "
+          "(the `journal` that the robot knows, and a smaller `mediator_epoch`)")
 WITHIN = "| from the last moment to reach in until it has or stands | 3.9 s |"
 
 
@@ -61,6 +64,21 @@ def lease_of_unknown(hall: Hall) -> None:
     stays_out(hall, area, page.ENTERS_WITHIN_S + page.LEASE_S, "the mediator names a report that there is not")
     hall.robot_sequence, hall.echoes = 0, True
     enters(hall, area, "it is granted, with a lease")
+
+
+@SUITE.check("lease-of-one-mediator", OTHERS)
+def lease_of_one_mediator(hall: Hall) -> None:
+    """While another mediator speaks to it, which may let somebody into the same area, no grant is used."""
+    area = hall.ahead()
+    other = other_mediator(hall, hall.epoch + 10)
+    hall.put(other)
+    hall.let_into(area)
+    begin = time.monotonic()
+    while time.monotonic() < begin + page.ENTERS_WITHIN_S + page.LEASE_S:
+        other.sequence += 1
+        hall.put(other)
+        stays_out(hall, area, page.LEVEL_S, "another mediator may grant the same")
+    enters(hall, area, "the other one is silent")
 
 
 @SUITE.check("silence-keeps-and-stops", SILENT, WITHIN)

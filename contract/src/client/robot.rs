@@ -282,7 +282,8 @@ impl Client {
     }
 
     /// Whether the robot may newly enter what it was granted: the mediator says that it has a report which was sent within
-    /// [`LEASE_NS`](crate::timing::LEASE_NS).
+    /// [`LEASE_NS`](crate::timing::LEASE_NS), the process was registered [`LISTENS_FIRST_NS`](crate::timing::LISTENS_FIRST_NS) ago, and no
+    /// other mediator is heard that grants.
     #[must_use]
     pub fn has_lease(&self, now_ns: u64) -> bool {
         self.session.has_lease(now_ns)

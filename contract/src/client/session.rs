@@ -3,7 +3,7 @@
 use std::collections::VecDeque;
 
 use crate::floor::Floor;
-use crate::timing::{DOUBLED_AFTER_NS, LEASE_NS, SILENT_AFTER_NS};
+use crate::timing::{DOUBLED_AFTER_NS, LEASE_NS, LISTENS_FIRST_NS, SILENT_AFTER_NS};
 use crate::wire::{Factsheet, MediatorReport, RobotReport, TakeUp};
 use crate::{VERSION, Version};
 
@@ -46,6 +46,8 @@ pub const SEQUENCE_STEP: u64 = 1 << 20;
 struct Other {
     since_ns: u64,
     heard_ns: u64,
+    /// When one was heard last that may grant something.
+    grants_ns: Option<u64>,
 }
 
 /// The robot's identity and its registration with a mediator.
@@ -79,6 +81,8 @@ pub(super) struct Session {
     /// It was heard at the last step.
     hears: bool,
     other: Option<Other>,
+    /// Until then it enters nothing that it was granted: it has just begun to listen.
+    listens_until_ns: u64,
     /// Of the newest start of the mediator that was heard.
     pub(super) mediator_epoch: u64,
     /// Of its newest message.
@@ -116,6 +120,7 @@ impl Session {
             stands_by: false,
             hears: false,
             other: None,
+            listens_until_ns: 0,
             mediator_epoch: 0,
             mediator_sequence: 0,
             number: 0,
@@ -159,7 +164,7 @@ impl Session {
         if message.stands_by && message.session == 0 {
             // Not to be followed, so its epoch means nothing.
             if other {
-                self.note_other(now_ns);
+                self.note_other(message, now_ns);
             }
             if self.is_registered() {
                 return Received::Other;
@@ -169,7 +174,7 @@ impl Session {
         }
         if other {
             if !self.may_follow(message, now_ns) {
-                self.note_other(now_ns);
+                self.note_other(message, now_ns);
                 return Received::Other;
             }
             self.other = None;
@@ -211,6 +216,7 @@ impl Session {
             return Received::News;
         }
         self.take_up.clone_from(&message.take_up);
+        self.listens_until_ns = now_ns.saturating_add(LISTENS_FIRST_NS);
         Received::Registered
     }
 
@@ -241,9 +247,12 @@ impl Session {
         }
     }
 
-    /// The mediator had a report that was sent within [`LEASE_NS`].
+    /// The mediator had a report that was sent within [`LEASE_NS`], and it is the only one that may grant something, as far as the robot has
+    /// heard since it was registered: two that do not hear of each other may grant the same.
     pub(super) fn has_lease(&self, now_ns: u64) -> bool {
         { self.heard_by_ns }.is_some_and(|sent_ns| now_ns <= sent_ns.saturating_add(LEASE_NS))
+            && now_ns >= self.listens_until_ns
+            && !self.other.is_some_and(|other| other.may_grant(now_ns))
     }
 
     /// Whether another mediator is followed. A robot without a registration takes the first that offers one; of the journal that it
@@ -271,11 +280,18 @@ impl Session {
         journal == self.journal
     }
 
-    fn note_other(&mut self, now_ns: u64) {
+    fn note_other(&mut self, message: &MediatorReport, now_ns: u64) {
         let known = { self.other }.filter(|own| own.is_heard(now_ns));
+        // A late one of a process that has ended grants nothing any more.
+        let has_ended =
+            self.is_its_journal(message.journal) && message.mediator_epoch < self.mediator_epoch;
+        let grants = !message.stands_by && !has_ended;
         self.other = Some(Other {
             since_ns: known.map_or(now_ns, |own| own.since_ns),
             heard_ns: now_ns,
+            grants_ns: grants
+                .then_some(now_ns)
+                .or(known.and_then(|own| own.grants_ns)),
         });
     }
 
@@ -364,5 +380,9 @@ pub fn is_reached_from(newest: u64, sequence: u64) -> bool {
 impl Other {
     fn is_heard(&self, now_ns: u64) -> bool {
         now_ns <= self.heard_ns.saturating_add(SILENT_AFTER_NS)
+    }
+
+    fn may_grant(&self, now_ns: u64) -> bool {
+        { self.grants_ns }.is_some_and(|at_ns| now_ns <= at_ns.saturating_add(SILENT_AFTER_NS))
     }
 }

@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use contract::client::{Client, Received, Situation};
 use contract::floor::{Floor, FloorArea};
-use contract::timing::{ENTERS_NO_MORE_NS, SILENT_AFTER_NS};
+use contract::timing::{ENTERS_NO_MORE_NS, LISTENS_FIRST_NS, SILENT_AFTER_NS};
 use contract::wire::MediatorReport;
 use mediator::journal::{ClosedRecord, Entry, Stored};
 use mediator::manager::{
@@ -366,9 +366,11 @@ fn nobody_has_a_lease_after_a_start_before_all_robots_are_heard() {
     let mut robots = ["amr-1", "amr-2", "amr-3"].map(|id| robot(id, &[]));
     robots[0].1.wanted = vec![AREA.to_owned()];
     talk(&mut manager, &mut robots, NOW_NS);
-    assert!(robots[0].0.may_be_in(AREA, NOW_NS));
+    let listened_ns = NOW_NS + LISTENS_FIRST_NS;
+    talk(&mut manager, &mut robots, listened_ns);
+    assert!(robots[0].0.may_be_in(AREA, listened_ns));
     keep(&mut manager, &mut stored);
-    let now_ns = NOW_NS + 2 * SILENT_AFTER_NS;
+    let now_ns = listened_ns + 2 * SILENT_AFTER_NS;
     let mut manager = start(&stored, 51, now_ns);
     talk(&mut manager, &mut robots[..2], now_ns);
     assert!(robots[0].0.holds(AREA) && !robots[0].0.may_be_in(AREA, now_ns));

@@ -54,6 +54,7 @@ WRONG: dict[str, tuple[type[Robot], list[str]]] = {
     "enters-ungranted": (areas.EntersUngranted, ["enters-only-granted"]),
     "no-lease": (areas.NoLease, ["lease-kept", "lease-from-sending", "grant-in-last-words"]),
     "lease-from-hearing": (areas.LeaseFromHearing, ["lease-from-sending"]),
+    "lease-beside-others": (areas.LeaseBesideOthers, ["lease-of-one-mediator"]),
     "lease-of-any-number": (areas.LeaseOfAnyNumber, ["lease-of-unknown-number"]),
     "no-fence": (areas.NoFence, ["drives-through"]),
     "asks-too-early": (areas.AsksTooEarly, ["waits-for-emptied"]),

@@ -31,6 +31,13 @@ class LeaseFromHearing(Robot):
             self.lease_from, self._echoed = self.heard_at, echoed
 
 
+class LeaseBesideOthers(Robot):
+    """Other mediators are nothing to it."""
+
+    def note_other(self, message: Any, now: float) -> None:
+        pass
+
+
 class LeaseOfAnyNumber(Robot):
     """It takes any number that is not smaller than its own for an echo."""
 

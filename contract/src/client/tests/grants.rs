@@ -1,6 +1,7 @@
 //! Grants that are asked back, or that a robot gives back because it was elsewhere than was thought.
 
 use super::*;
+use crate::timing::LISTENS_FIRST_NS;
 
 fn revocation(progress: u32, fence: u64) -> Access {
     Access {
@@ -13,24 +14,31 @@ fn revocation(progress: u32, fence: u64) -> Access {
 /// In area 1, and granted area 2 with fence 5.
 fn granted() -> Client {
     let mut client = registered();
-    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    client.step(
+        situation(&["1"], &["1", "2"], &[]),
+        LISTENS_FIRST_NS,
+        SECOND_NS,
+    );
     let mut told = message(2);
     told.robot_sequence = client.report().sequence;
     told.access = vec![grant("1", 2, 1), grant("2", 2, 5)];
-    client.receive(&told, 0);
+    client.receive(&told, LISTENS_FIRST_NS);
     client
 }
 
 /// Asked for and granted area 2, then asked back by `fence`.
 fn revoked(fence: u64, now: Situation) -> (Client, RobotReport) {
     let mut client = granted();
-    assert!(client.holds("2") && client.may_be_in("2", 0));
+    assert!(client.holds("2") && client.may_be_in("2", LISTENS_FIRST_NS));
     let mut told = message(3);
     told.revocations = vec![revocation(1, fence)];
-    client.receive(&told, 0);
+    client.receive(&told, LISTENS_FIRST_NS);
     assert!(client.holds("2"), "until it answers");
-    assert!(!client.may_be_in("2", 0), "but it enters no more");
-    client.step(now, 0, SECOND_NS);
+    assert!(
+        !client.may_be_in("2", LISTENS_FIRST_NS),
+        "but it enters no more"
+    );
+    client.step(now, LISTENS_FIRST_NS, SECOND_NS);
     let report = client.report();
     (client, report)
 }
@@ -73,15 +81,19 @@ fn a_robot_that_cannot_stop_keeps_it() {
 #[test]
 fn a_robot_that_is_lost_enters_nothing() {
     let mut client = granted();
-    assert!(client.may_be_in("1", 0) && client.may_be_in("2", 0));
+    assert!(client.may_be_in("1", LISTENS_FIRST_NS) && client.may_be_in("2", LISTENS_FIRST_NS));
     let lost = Situation {
         located: false,
         ..situation(&["1"], &[], &[])
     };
-    client.step(lost, 0, SECOND_NS);
-    assert!(client.may_be_in("1", 0), "where it was");
-    assert!(client.holds("2") && !client.may_be_in("2", 0));
-    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    client.step(lost, LISTENS_FIRST_NS, SECOND_NS);
+    assert!(client.may_be_in("1", LISTENS_FIRST_NS), "where it was");
+    assert!(client.holds("2") && !client.may_be_in("2", LISTENS_FIRST_NS));
+    client.step(
+        situation(&["1"], &["1", "2"], &[]),
+        LISTENS_FIRST_NS,
+        SECOND_NS,
+    );
     assert!(!client.holds("2"), "given back");
 }
 
@@ -89,14 +101,29 @@ fn a_robot_that_is_lost_enters_nothing() {
 #[test]
 fn a_robot_that_has_left_releases_what_it_keeps() {
     let mut client = granted();
-    client.step(situation(&["2"], &["1", "2"], &[]), 0, SECOND_NS);
-    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
-    assert!(client.holds("2") && client.may_be_in("2", 0));
+    client.step(
+        situation(&["2"], &["1", "2"], &[]),
+        LISTENS_FIRST_NS,
+        SECOND_NS,
+    );
+    client.step(
+        situation(&["1"], &["1", "2"], &[]),
+        LISTENS_FIRST_NS,
+        SECOND_NS,
+    );
+    assert!(client.holds("2") && client.may_be_in("2", LISTENS_FIRST_NS));
     let mut told = message(3);
     told.revocations = vec![revocation(1, 5)];
-    client.receive(&told, 0);
-    assert!(!client.may_be_in("2", 0), "it does not come back");
-    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    client.receive(&told, LISTENS_FIRST_NS);
+    assert!(
+        !client.may_be_in("2", LISTENS_FIRST_NS),
+        "it does not come back"
+    );
+    client.step(
+        situation(&["1"], &["1", "2"], &[]),
+        LISTENS_FIRST_NS,
+        SECOND_NS,
+    );
     assert!(!client.holds("2"));
     let report = client.report();
     let progress = |own: &Access| own.level.map(|level| (level.path, level.progress));
@@ -120,9 +147,13 @@ fn grants_from_before_a_restart_are_given_back_where_it_does_not_stand() {
     let mut client = Client::new("amr-1", "corridor", 7);
     let mut told = message(1);
     told.access = vec![grant("1", 3, 1), grant("2", 2, 5), grant("3", 3, 2)];
-    client.receive(&told, 0);
+    client.receive(&told, LISTENS_FIRST_NS);
     assert!(!client.holds("1") && !client.holds("2") && !client.holds("3"));
-    client.step(situation(&["1"], &["1", "2", "3"], &[]), 0, SECOND_NS);
+    client.step(
+        situation(&["1"], &["1", "2", "3"], &[]),
+        LISTENS_FIRST_NS,
+        SECOND_NS,
+    );
     assert!(client.holds("1") && !client.holds("2") && !client.holds("3"));
 }
 
@@ -132,30 +163,30 @@ fn a_robot_that_was_thought_elsewhere_gives_back_what_it_does_not_stand_in() {
     for is_lost in [true, false] {
         let mut client = registered();
         let now = || situation(&["1"], &["1", "2", "3"], &[]);
-        client.step(now(), 0, SECOND_NS);
+        client.step(now(), LISTENS_FIRST_NS, SECOND_NS);
         let mut told = message(2);
         told.access = vec![grant("1", 2, 1), grant("2", 2, 5), grant("3", 1, 0)];
-        client.receive(&told, 0);
-        client.step(now(), 0, SECOND_NS);
+        client.receive(&told, LISTENS_FIRST_NS);
+        client.step(now(), LISTENS_FIRST_NS, SECOND_NS);
         assert!(client.holds("1") && client.holds("2"));
         if is_lost {
             let lost = Situation {
                 located: false,
                 ..Situation::default()
             };
-            client.step(lost, 0, SECOND_NS);
+            client.step(lost, LISTENS_FIRST_NS, SECOND_NS);
             assert!(client.holds("2"), "it may be there");
         } else {
             client.placed_anew();
         }
-        client.step(now(), 0, SECOND_NS);
+        client.step(now(), LISTENS_FIRST_NS, SECOND_NS);
         assert!(client.holds("1") && !client.holds("2"));
         // What it had asked for it may be granted because it seemed to stand there.
         let mut told = message(3);
         told.access = vec![grant("3", 2, 7)];
-        client.receive(&told, 0);
+        client.receive(&told, LISTENS_FIRST_NS);
         assert!(!client.holds("3"));
-        client.step(now(), 0, SECOND_NS);
+        client.step(now(), LISTENS_FIRST_NS, SECOND_NS);
         assert!(!client.holds("3"));
         let report = client.report();
         let returned = { report.access.iter() }.filter(|access| {

@@ -1,7 +1,7 @@
 //! How long a robot may newly enter what it was granted.
 
 use super::*;
-use crate::timing::LEASE_NS;
+use crate::timing::{LEASE_NS, LISTENS_FIRST_NS};
 
 /// It has said since when it was stepped that it wants to go there, and has not been answered.
 fn asking(at_ns: u64) -> (Client, u64) {
@@ -62,23 +62,77 @@ fn another_mediator_has_to_hear_the_robot_first() {
         access: Vec::new(),
         ..of(70, 1, 1, 0)
     };
+    let now_ns = LISTENS_FIRST_NS;
     client.receive(&registers, 0);
-    client.step(situation(&["1"], &["1", "2"], &[]), 0, SECOND_NS);
+    client.step(situation(&["1"], &["1", "2"], &[]), now_ns, SECOND_NS);
     let sequence = client.report().sequence;
-    client.receive(&of(70, 1, 2, sequence), 0);
-    assert!(client.may_be_in("2", 0));
+    client.receive(&of(70, 1, 2, sequence), now_ns);
+    assert!(client.may_be_in("2", now_ns));
     // The same journal: the one before is gone.
-    client.receive(&of(71, 2, 1, 0), 0);
-    assert!(client.holds("2") && !client.may_be_in("2", 0));
+    client.receive(&of(71, 2, 1, 0), now_ns);
+    assert!(client.holds("2") && !client.may_be_in("2", now_ns));
 }
 
 #[test]
 fn however_often_it_reports_it_remembers_a_bounded_number() {
-    let (mut client, first) = asking(0);
+    let now_ns = LISTENS_FIRST_NS;
+    let (mut client, first) = asking(now_ns);
     let last = (0..10_000).map(|_| client.report().sequence).max();
     let (mut other, last) = (client.clone(), last.expect("reports"));
-    client.receive(&granting(2, first), 0);
-    assert!(!client.may_be_in("2", 0), "too long ago");
-    other.receive(&granting(2, last), 0);
-    assert!(other.may_be_in("2", 0));
+    client.receive(&granting(2, first), now_ns);
+    assert!(!client.may_be_in("2", now_ns), "too long ago");
+    other.receive(&granting(2, last), now_ns);
+    assert!(other.may_be_in("2", now_ns));
+}
+
+/// A process that was registered just now may not have heard yet that another mediator speaks to it.
+#[test]
+fn whoever_was_just_registered_listens_first() {
+    let (mut client, sequence) = asking(LISTENS_FIRST_NS / 2);
+    client.receive(&granting(2, sequence), LISTENS_FIRST_NS / 2);
+    assert!(client.holds("2") && !client.may_be_in("2", LISTENS_FIRST_NS - 1));
+    assert!(client.may_be_in("2", LISTENS_FIRST_NS));
+}
+
+/// Each of the two may have granted it to somebody else.
+#[test]
+fn who_hears_two_mediators_that_grant_enters_nothing() {
+    let now_ns = LISTENS_FIRST_NS;
+    let leased = || {
+        let (mut client, sequence) = asking(now_ns);
+        client.receive(&granting(2, sequence), now_ns);
+        assert!(client.may_be_in("2", now_ns));
+        client
+    };
+    let other = MediatorReport {
+        instance: 80,
+        journal: 80,
+        ..message(1)
+    };
+    let mut client = leased();
+    assert_eq!(client.receive(&other, now_ns), Received::Other);
+    assert!(client.holds("2") && !client.may_be_in("2", now_ns));
+    assert!(client.may_be_in("1", now_ns), "it stands there");
+    // One that stands by grants nothing, nor does one that has ended, of which messages are late.
+    let stands_by = MediatorReport {
+        stands_by: true,
+        ..other.clone()
+    };
+    let ended = MediatorReport {
+        journal: 60,
+        mediator_epoch: 0,
+        ..other.clone()
+    };
+    for harmless in [stands_by, ended] {
+        let mut client = leased();
+        assert_eq!(client.receive(&harmless, now_ns), Received::Other);
+        assert!(client.may_be_in("2", now_ns));
+    }
+    // And not heard for so long it may be gone.
+    let later_ns = now_ns + SECOND_NS;
+    client.step(situation(&["1"], &["1", "2"], &[]), later_ns, SECOND_NS);
+    let sequence = client.report().sequence;
+    client.receive(&granting(3, sequence), later_ns);
+    assert!(!client.may_be_in("2", later_ns));
+    assert!(client.may_be_in("2", later_ns + 1));
 }

@@ -231,7 +231,7 @@ fn a_robot_goes_on_from_the_number_that_its_mediator_has_heard() {
     assert!(!client.has_lease(1));
     assert_eq!(client.report().sequence, own + 501);
     client.receive(&echo(3, own + 501), 2);
-    assert!(client.has_lease(2));
+    assert!(client.has_lease(SECOND_NS));
     // A larger lie leaves room for those that follow,
     client.receive(&echo(4, LAST_NUMBER / 2), 3);
     assert_eq!(client.report().sequence, LAST_NUMBER / 2 + 1);
