@@ -9,6 +9,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use contract::floor::Floor;
 use contract::protocols::{self, GRANTED, MEDIATOR};
+use contract::timing::LISTENS_FIRST_NS;
 use contract::wire::{self, AccessGrant, MediatorReport, RobotReport, TakeUp};
 use contract::{VERSION, level};
 use coordination::event::EventId;
@@ -215,15 +216,21 @@ impl Scene {
     }
 
     fn with(&mut self, sense: &Sense) {
-        for _ in 0..6 {
-            self.now_ns += 10 * MS;
-            self.member.step(sense, self.now_ns);
-            if self.member.is_report_due(self.now_ns) {
-                self.mediator.hear(&self.member.report(self.now_ns));
-            }
-            self.member.receive(&self.mediator.say(), self.now_ns);
+        if self.now_ns == 0 {
+            // It has listened for long enough to be alone with its mediator.
+            (0..=LISTENS_FIRST_NS / (100 * MS)).for_each(|_| self.talk(sense, 100 * MS));
         }
+        (0..6).for_each(|_| self.talk(sense, 10 * MS));
         self.member.step(sense, self.now_ns);
+    }
+
+    fn talk(&mut self, sense: &Sense, since_ns: u64) {
+        self.now_ns += since_ns;
+        self.member.step(sense, self.now_ns);
+        if self.member.is_report_due(self.now_ns) {
+            self.mediator.hear(&self.member.report(self.now_ns));
+        }
+        self.member.receive(&self.mediator.say(), self.now_ns);
     }
 
     fn state(&self) -> FleetState {
