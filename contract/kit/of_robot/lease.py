@@ -77,7 +77,7 @@ def lease_of_one_mediator(hall: Hall) -> None:
     while time.monotonic() < begin + page.ENTERS_WITHIN_S + page.LEASE_S:
         other.sequence += 1
         hall.put(other)
-        stays_out(hall, area, page.LEVEL_S, "another mediator may grant the same")
+        stays_out(hall, area, page.SILENT_S / 2, "another mediator may grant the same")
     enters(hall, area, "the other one is silent")
 
 
