@@ -5,9 +5,9 @@ use std::collections::BTreeSet;
 use super::floor::Floor;
 use super::gate_net::GateNet;
 use super::graph::{Edge, Graph, Step};
-use super::judge::{names, stuck, way_to};
 use super::state::{Phase, State};
 use super::verdict::Death;
+use super::ways::{names, stuck, way_to};
 
 /// Exactly, by what can be reached. `stuck`: by robot, the placements from which it never goes on although all live.
 pub(super) fn of_whole(floor: &Floor, graph: &Graph, stuck: &[Vec<bool>]) -> Vec<Death> {

@@ -3,10 +3,11 @@
 use super::deaths;
 use super::explore::Explored;
 use super::floor::Floor;
-use super::graph::{Edge, Graph, Step};
+use super::graph::Graph;
 use super::starvation::{Leaving, starves};
-use super::state::{Areas, Phase, State};
+use super::state::{Phase, State};
 use super::verdict::{Findings, Still, Verdict, Waits};
+use super::ways::{names, stuck, way_to};
 
 pub(super) fn judge(floor: &Floor, explored: &Explored) -> Findings {
     let graph = &explored.graph;
@@ -118,31 +119,6 @@ fn stills(floor: &Floor, graph: &Graph) -> Vec<Still> {
     stills.collect()
 }
 
-/// Placements from which a robot that has somewhere to go never gets there, over edges of which `counts` holds.
-pub(super) fn stuck(
-    floor: &Floor,
-    graph: &Graph,
-    robot: usize,
-    counts: impl Fn(&Edge) -> bool,
-) -> Vec<bool> {
-    let mut moves = vec![false; graph.states.len()];
-    for edge in &graph.edges {
-        if edge.step == Step::Moves(robot as u16) {
-            moves[edge.from as usize] = true;
-        }
-    }
-    let goes_on = graph.can_reach(|place| moves[place], counts);
-    { goes_on.into_iter().zip(&graph.states) }
-        .map(|(goes_on, state)| !goes_on && floor.goes_on(state, robot))
-        .collect()
-}
-
-pub(super) fn way_to(floor: &Floor, graph: &Graph, place: usize) -> Vec<String> {
-    { graph.way_to(place).into_iter() }
-        .map(|(step, after)| floor.describe(step, after))
-        .collect()
-}
-
 fn waits_at(floor: &Floor, state: &State, robot: usize) -> Waits {
     Waits {
         robot: floor.routes[robot].robot.clone(),
@@ -150,10 +126,4 @@ fn waits_at(floor: &Floor, state: &State, robot: usize) -> Waits {
         let_into: names(floor, &floor.let_into(state, robot)),
         needs: names(floor, &floor.needs(state, robot)),
     }
-}
-
-pub(super) fn names(floor: &Floor, areas: &Areas) -> Vec<String> {
-    { areas.iter() }
-        .map(|&area| floor.area_names[usize::from(area)].clone())
-        .collect()
 }

@@ -38,6 +38,7 @@ mod talk;
 mod tokens;
 mod verdict;
 mod waiting;
+mod ways;
 mod words;
 
 use std::sync::Arc;
