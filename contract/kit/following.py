@@ -83,8 +83,10 @@ class Follower:
                 self.forget()
             return
         self.renew_lease(message.robot_sequence)
-        registers = self.session != message.session and not (other and registered_before and not self.contradicts(message))
-        self.news |= self.session != message.session or other
+        # Two mediators of one epoch count their sessions alike.
+        another = self.session != message.session or other
+        registers = another and not (other and registered_before and not self.contradicts(message))
+        self.news |= another
         self.session = message.session
         if registers:
             self.listens_until = now + page.LISTENS_FIRST_S

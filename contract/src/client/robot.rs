@@ -67,14 +67,14 @@ impl Client {
 
     /// Takes in a message of the mediator, however late, repeated or out of order it is.
     pub fn receive(&mut self, message: &MediatorReport, now_ns: u64) -> Received {
-        let session = self.session.number;
+        let registration = self.session.registration();
         let received = self.session.receive(message, now_ns);
         let registers = match received {
             Received::News => {
                 // Another mediator, which has heard of a process before this one, and of this one never: both have to mean the same
                 // levels.
-                let knows_another =
-                    self.session.number != session && self.claims.contradict(&message.access);
+                let knows_another = self.session.registration() != registration
+                    && self.claims.contradict(&message.access);
                 if knows_another {
                     self.forget();
                 }

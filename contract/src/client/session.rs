@@ -310,6 +310,11 @@ impl Session {
         std::mem::replace(&mut self.hears, hears) != hears
     }
 
+    /// By whom, and its number: two mediators of one epoch count alike.
+    pub(super) fn registration(&self) -> (u64, u64) {
+        (self.instance, self.number)
+    }
+
     pub(super) fn is_registered(&self) -> bool {
         self.number != 0
     }
