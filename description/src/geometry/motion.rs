@@ -152,6 +152,7 @@ impl Pose2 {
 
     /// Where the origin of the inner frame lies.
     #[must_use]
+    #[inline]
     pub const fn position(self) -> Point2 {
         Point2::new(self.x_m, self.y_m)
     }
@@ -327,6 +328,7 @@ impl MotionCommand {
 
     /// A command from its two numbers.
     #[must_use]
+    #[inline]
     pub const fn new(speed_m_s: f64, curvature_1_m: f64) -> Self {
         Self {
             speed_m_s,

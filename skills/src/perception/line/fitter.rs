@@ -1,7 +1,7 @@
 //! The fit: from points to the line that most of the wall's length agrees on.
 
 use super::judge::describe;
-use super::points::{FLATNESS_M, Four, INLIER_SIGMA, Line, PIECES, WallPoint, piece};
+use super::points::{Four, INLIER_SIGMA, Line, Noise, PIECES, WallPoint};
 use crate::perception::RANGE_STD_SHARE;
 use crate::perception::wall_fit::WallFit;
 use description::geometry::{Point2, Segment};
@@ -23,8 +23,6 @@ const MAX_SLOPE: f64 = 0.6;
 /// Left out at both ends of the expected segment, where the next wall begins; of a short one this share.
 const END_MARGIN_M: f64 = 0.10;
 const END_MARGIN_SHARE: f64 = 0.15;
-/// Standard deviation of a beam's direction.
-const BEARING_STD_RAD: f64 = 0.002;
 
 /// Fits lines; holds the memory that a fit needs.
 #[derive(Clone, Debug)]
@@ -40,6 +38,7 @@ pub struct LineFitter {
     /// As far as the sensor sees.
     sight_m: f64,
     gains: Navigation,
+    noise: Noise,
 }
 
 impl LineFitter {
@@ -54,6 +53,7 @@ impl LineFitter {
             length_m: 0.0,
             eye: Point2::default(),
             sight_m: f64::INFINITY,
+            noise: Noise::of(&gains),
             gains,
         }
     }
@@ -94,22 +94,7 @@ impl LineFitter {
         if !(beside && place.y_m.abs() <= gate_m) || self.near.len() == self.near.capacity() {
             return;
         }
-        let range_m = place.distance_m(self.eye).max(1e-3);
-        let sine = (place.y_m - self.eye.y_m).abs() / range_m;
-        let range_std_m = self.gains.range_std_m.max(RANGE_STD_SHARE * range_m);
-        let (range_part_m, bearing_part_m) = (range_std_m * sine, BEARING_STD_RAD * range_m);
-        let std_m = Point2::new(range_part_m, bearing_part_m).norm_m();
-        let reach_m = self.gains.wall_inlier_m.max(INLIER_SIGMA * std_m);
-        self.near.push(WallPoint {
-            along_m: place.x_m,
-            across_m: place.y_m,
-            weight_1_m2: 1.0 / (std_m * std_m),
-            reach_m,
-            per_reach_1_m: 1.0 / reach_m,
-            per_noise_1_m: 1.0 / reach_m.min(FLATNESS_M.max(INLIER_SIGMA * std_m)),
-            piece: piece(place.x_m),
-            share: 0.0,
-        });
+        self.near.push(WallPoint::of(place, self.eye, &self.noise));
     }
 
     /// The wall that the points taken agree on.

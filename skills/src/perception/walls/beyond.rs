@@ -74,18 +74,23 @@ pub(super) fn seen_beyond(
             continue;
         }
         let depth_m = beyond_m + eye_m.abs();
-        let range_m = beam.end.distance_m(eye);
-        let noise_m = beam.range_std_m * depth_m / range_m.max(1e-3);
-        let reach_m = BEYOND_M + BEYOND_SIGMA * noise_m;
-        if depth_m <= 1e-3 || beyond_m < -reach_m {
+        if depth_m <= 1e-3 {
             continue;
         }
-        let share = eye_m.abs() / depth_m;
+        let range_m = beam.end.distance_m(eye).max(1e-3);
+        // One division for both.
+        let inverse = 1.0 / (range_m * depth_m);
+        let noise_m = beam.range_std_m * depth_m * depth_m * inverse;
+        let reach_m = BEYOND_M + BEYOND_SIGMA * noise_m;
+        if beyond_m < -reach_m {
+            continue;
+        }
+        let share = eye_m.abs() * range_m * inverse;
         let along_m = eye_along_m + share * (unit.dot(from_start) - eye_along_m);
         if !(along_m > ends_m && along_m < length_m - ends_m) {
             continue;
         }
-        let place = floor((along_m - eye_along_m) / PIECE_M) + (PIECES / 2) as i64;
+        let place = floor((along_m - eye_along_m) * (1.0 / PIECE_M)) + (PIECES / 2) as i64;
         let piece = &mut pieces[place.clamp(0, (PIECES - 1) as i64) as usize];
         piece.beams += 1;
         if beyond_m > slack_m + reach_m {

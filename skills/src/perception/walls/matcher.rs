@@ -200,8 +200,10 @@ impl WallMatcher {
             if !(range_m > 1e-3 && range_m.is_finite()) {
                 continue;
             }
-            let ray = ray * (1.0 / range_m);
-            let spread_rad = GATE_SIGMA * (turn_std_rad + shift_std_m / range_m.max(0.3));
+            let per_range_1_m = 1.0 / range_m;
+            let ray = ray * per_range_1_m;
+            let spread_rad =
+                GATE_SIGMA * (turn_std_rad + shift_std_m * per_range_1_m.min(1.0 / 0.3));
             let expected = self.view.expected(ray, spread_rad);
             if let Some((wall, at_m)) = expected.nearest {
                 counts.expected += 1;
@@ -247,7 +249,8 @@ impl WallMatcher {
         range_std_m: f64,
         covariance: &Matrix3<f64>,
     ) -> Option<(usize, f64)> {
-        let mut best: Option<(f64, usize, f64)> = None;
+        // The wall, how far off it is, and its gate.
+        let mut best: Option<(usize, f64, f64)> = None;
         for wall in expected.walls() {
             let Direction { unit, length_m } = self.directions[wall];
             let from_start = point - self.walls[wall].a;
@@ -265,12 +268,14 @@ impl WallMatcher {
             let noise_m = range_std_m * normal.dot(ray).abs();
             let std_m = (pose_variance + noise_m * noise_m).sqrt();
             let gate_m = (GATE_MIN_M + GATE_SIGMA * std_m).min(GATE_MAX_M);
-            let off = normal.dot(from_start).abs() / gate_m;
-            if off <= 1.0 && best.is_none_or(|(least, _, _)| off < least) {
-                best = Some((off, wall, gate_m));
+            let off_m = normal.dot(from_start).abs();
+            // Shares of gates are compared, without a division.
+            let is_nearer = |(_, least_m, its_gate_m)| off_m * its_gate_m < least_m * gate_m;
+            if off_m <= gate_m && best.is_none_or(is_nearer) {
+                best = Some((wall, off_m, gate_m));
             }
         }
-        best.map(|(_, wall, gate_m)| (wall, gate_m))
+        best.map(|(wall, _, gate_m)| (wall, gate_m))
     }
 
     /// Fits every wall that was given points; says whether enough wall should be in view.

@@ -209,6 +209,19 @@ fn the_view_tells_the_nearest_wall_all_around() {
 }
 
 #[test]
+fn a_wall_seen_from_its_own_line_hides_nothing() {
+    let mut view = View::new();
+    let walls = [
+        segment(1.0, 0.0, 2.0, 0.0),
+        segment(-1.0, 0.0, 1.0, 0.0),
+        segment(3.0, -1.0, 3.0, 1.0),
+    ];
+    view.look(&walls, Pose2::IDENTITY, 4.0);
+    let (wall, range_m) = view.expected(Point2::new(1.0, 0.0), 0.0).nearest.unwrap();
+    assert!(wall == 2 && (range_m - 3.0).abs() < 0.01);
+}
+
+#[test]
 fn a_scan_of_nothing_is_blind_where_walls_are_and_nowhere_else() {
     let side = |y_m| segment(-10.0, y_m, 10.0, y_m);
     let corridor = [side(1.5), side(-1.5)];

@@ -15,12 +15,13 @@ const MAX_SPREAD_BINS: usize = 30;
 #[derive(Clone, Copy, Debug)]
 struct Bin {
     wall: u32,
-    range_m: f32,
+    /// One over how far off it is: that takes no division for each direction.
+    per_range_1_m: f32,
 }
 
 const NOTHING: Bin = Bin {
     wall: u32::MAX,
-    range_m: f32::INFINITY,
+    per_range_1_m: 0.0,
 };
 
 /// What a beam should hit.
@@ -66,12 +67,12 @@ impl View {
         self.bins.fill(NOTHING);
         for (index, wall) in walls.iter().enumerate() {
             if wall.distance_m(eye.position()) < reach_m {
-                self.draw(index as u32, wall, eye.position(), reach_m as f32);
+                self.draw(index as u32, wall, eye.position(), 1.0 / reach_m as f32);
             }
         }
     }
 
-    fn draw(&mut self, index: u32, wall: &Segment, eye: Point2, reach_m: f32) {
+    fn draw(&mut self, index: u32, wall: &Segment, eye: Point2, per_reach_1_m: f32) {
         let (mut a, mut b) = (wall.a - eye, wall.b - eye);
         if a.cross(b) < 0.0 {
             (a, b) = (b, a);
@@ -85,14 +86,18 @@ impl View {
             return;
         }
         let edge = b - a;
-        let area = a.cross(edge);
+        let per_area_1_m2 = 1.0 / a.cross(edge);
+        // From a place on its line it is seen from its end alone, which is no width.
+        if !per_area_1_m2.is_finite() {
+            return;
+        }
         let mut bin = first as usize % BINS;
         for _ in 0..count as usize {
-            let range_m = (area / self.rays[bin].cross(edge)) as f32;
-            if range_m > 0.0 && range_m < self.bins[bin].range_m && range_m < reach_m {
+            let per_range_1_m = (self.rays[bin].cross(edge) * per_area_1_m2) as f32;
+            if per_range_1_m > self.bins[bin].per_range_1_m.max(per_reach_1_m) {
                 self.bins[bin] = Bin {
                     wall: index,
-                    range_m,
+                    per_range_1_m,
                 };
             }
             bin = if bin + 1 == BINS { 0 } else { bin + 1 };
@@ -123,7 +128,7 @@ impl View {
             nearest: (candidates[0].wall != u32::MAX).then(|| {
                 (
                     candidates[0].wall as usize,
-                    f64::from(candidates[0].range_m),
+                    1.0 / f64::from(candidates[0].per_range_1_m),
                 )
             }),
         }
