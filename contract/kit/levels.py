@@ -45,10 +45,11 @@ class Claim:
         if level.run < self.run or level.run == self.run and level.progress <= self.progress:
             return True
         if level.run > self.run:
-            # Emptied after its last flag, or given up; flags of the robot cannot be set there yet.
+            # Emptied after its last flag, or given up, or forgotten here; flags of the robot cannot be set there yet.
             ended = self.is_over() if mine == GRANTED else self.progress == 2
+            unbound = self.progress <= REQUESTED if mine == GRANTED else self.progress == 0
             begins = level.progress == 0 if mine == GRANTED else level.progress <= mine
-            if not begins or not (ended or level.after_abort or self.run == self.progress == 0):
+            if not begins or not (ended or level.after_abort or unbound):
                 return False
         elif self.progress != mine - 1 or level.progress != mine:
             return False

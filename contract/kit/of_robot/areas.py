@@ -109,6 +109,20 @@ def old_run(hall: Hall) -> None:
         hall.levels[area] = own
 
 
+@SUITE.check("larger-run-taken-over", "where it has done no more than ask, it goes on in a larger `run` in which nothing is set, and asks again there")
+def larger_run(hall: Hall) -> None:
+    """An area of which the mediator is in a later run is asked for in that run, and entered when it is granted."""
+    area = hall.ahead()
+    with hall.lock:
+        run = hall.levels[area].run + 3
+        hall.levels[area] = Claim(run)
+        hall.send()
+    hall.expect(hall.soon_s, lambda said: said.access(area) is not None and (said.access(area).run, said.access(area).progress) == (run, 1),
+                f"{area} asked for in run {run}")
+    hall.let_into(area)
+    hall.expect(hall.patience_s, lambda said: area in said.report.stands_in, f"{area} entered")
+
+
 @SUITE.check("given-up-inside", "It stops, and asks again, as for all areas in which it stands; whoever stands in an area comes first there.",
              "The mediator may give up a run: the next one then begins with `after_abort`. All that the robot had by that run is void.")
 def given_up_inside(hall: Hall) -> None:

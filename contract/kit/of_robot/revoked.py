@@ -66,6 +66,18 @@ def keeps_inside(hall: Hall) -> None:
         raise Failed(f"{area} still held", hall.found())
 
 
+@SUITE.check("larger-revocation-answered", "a revocation of a larger `run` it answers as any other")
+def larger_revocation(hall: Hall) -> None:
+    """A revocation is answered although the robot has heard nothing of those before it."""
+    area = hall.ahead()
+    hall.let_into(area)
+    hall.expect(hall.patience_s, lambda said: said.access(area) is not None and said.access(area).progress == 3, f"{area} entered")
+    hall.grants = lambda name: False
+    hall.next_revocation[area] = hall.next_revocation.get(area, 0) + 3
+    asked = ask_back(hall, area, hall.levels[area].fence)
+    answered(hall, area, Claim(asked.run, 1, 2), "it stands in it")
+
+
 @SUITE.check("yields-what-it-gave-back", ALREADY)
 def gave_back(hall: Hall) -> None:
     """A revocation of an older grant is answered with `yielded`, and costs the robot nothing that it has."""

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeMap;
 
-use coordination::protocol::{Change, MergeError, Merged, Position, Replica, Side};
+use coordination::protocol::{Change, Level, MergeError, Merged, Position, Replica, Side};
 
 use super::situation::{ClientCounters, Situation};
 use crate::level::{self, LevelError};
@@ -31,6 +31,21 @@ impl Claim {
             waits_for: String::new(),
             doubtful: false,
             mention: Mention::default(),
+        }
+    }
+
+    /// Takes in a level of the mediator. One of a later run, in which nothing is set, is that of an area of which this process has
+    /// forgotten what the mediator therefore leaves out: it follows where the robot has done no more than ask.
+    fn merge(&mut self, protocol: &AccessProtocol, level: Level) -> Result<Merged, MergeError> {
+        let at = self.replica.position();
+        let is_bound = at != Position::START && at != protocol.requested_at;
+        match self.replica.merge(level) {
+            Err(error) if is_ahead(&error) && !is_bound && level.progress == 0 => {
+                self.replica = Replica::resume(&protocol.protocol, ROBOT_PARTY, level)?;
+                self.doubtful = false;
+                Ok(Merged::Risen)
+            }
+            merged => merged,
         }
     }
 
@@ -92,7 +107,7 @@ impl Claims {
             let mut claim =
                 claim.unwrap_or_else(|| Claim::new(begin(&self.protocol.protocol, ROBOT_PARTY)));
             level::decode(grant.level.as_ref())
-                .is_ok_and(|level| claim.replica.merge(level).is_err())
+                .is_ok_and(|level| claim.merge(&self.protocol, level).is_err())
         })
     }
 
@@ -109,7 +124,7 @@ impl Claims {
         if level.run < claim.replica.run() {
             claim.mention.renew();
         }
-        let merged = claim.replica.merge(level)?;
+        let merged = claim.merge(protocol, level)?;
         claim.waits_for.clone_from(&grant.waits_for);
         if merged == Merged::Nothing {
             // Its fence may be that of a mediator which has forgotten the grant.
@@ -242,6 +257,11 @@ impl Claims {
         };
         self.by_area.iter_mut().filter_map(said).collect()
     }
+}
+
+/// The other side is in a later run, which this one does not know to have begun.
+pub(super) fn is_ahead(error: &MergeError) -> bool {
+    matches!(error, MergeError::UnexpectedRun { present, found } if found > present)
 }
 
 /// Whether the other side knows the level; `heard`: it has heard that message, if any that counts.

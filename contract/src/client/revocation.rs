@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use coordination::protocol::{Position, Replica, Side};
 
-use super::access::{BadLevel, Claims, is_known, report_of};
+use super::access::{BadLevel, Claims, is_ahead, is_known, report_of};
 use super::situation::{ClientCounters, Situation};
 use crate::level;
 use crate::mention::Mention;
@@ -70,7 +70,13 @@ impl Revocations {
         if level.run < revocation.replica.run() {
             revocation.mention.renew();
         }
-        let merged = revocation.replica.merge(level);
+        let merged = match revocation.replica.merge(level) {
+            // What it was asked before it has forgotten, as of areas; there is nothing to answer but this.
+            Err(error) if is_ahead(&error) && !revocation.is_asked() => {
+                return self.inherit(message);
+            }
+            merged => merged,
+        };
         while revocation.replica.poll().is_some() {
             revocation.fence = message.fence;
             revocation.mention.renew();

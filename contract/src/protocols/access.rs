@@ -43,6 +43,8 @@ pub struct AccessProtocol {
     pub released: FlagId,
     /// [`RETURNED`]
     pub returned: FlagId,
+    /// Asked for and not yet granted.
+    pub requested_at: Position,
     /// Granted and not yet entered.
     pub granted_at: Position,
     /// Entered and not yet released.
@@ -69,6 +71,7 @@ impl AccessProtocol {
             entered,
             released: flag(RELEASED),
             returned: flag(RETURNED),
+            requested_at: at_end_of(&[request]),
             granted_at: at_end_of(&[request, granted]),
             entered_at: at_end_of(&[request, granted, entered]),
             protocol,

@@ -58,6 +58,7 @@ WRONG: dict[str, tuple[type[Robot], list[str]]] = {
     "lease-of-any-number": (areas.LeaseOfAnyNumber, ["lease-of-unknown-number"]),
     "no-fence": (areas.NoFence, ["drives-through"]),
     "asks-too-early": (areas.AsksTooEarly, ["waits-for-emptied"]),
+    "stays-in-its-run": (areas.StaysInItsRun, ["larger-run-taken-over", "larger-revocation-answered"]),
     "drives-on-when-given-up": (areas.DrivesOnWhenGivenUp, ["given-up-inside"]),
     "never-yields": (areas.NeverYields, ["yields-before-entering"]),
     "yields-inside": (areas.YieldsInside, ["keeps-inside"]),

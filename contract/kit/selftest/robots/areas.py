@@ -70,6 +70,18 @@ class AsksTooEarly(Robot):
         super().step(now, seconds)
 
 
+class StaysInItsRun(Robot):
+    """It believes in no run that it has not seen begin."""
+
+    def learn_levels(self, message: Any, registers: bool) -> None:
+        for entries, known, before in ((message.access, self.claims, 0), (message.revocations, self.revocations, -1)):
+            for entry in list(entries):
+                own = known[entry.area].run if entry.area in known else before
+                if not registers and entry.level.run > own + 1 and not entry.level.after_abort:
+                    entries.remove(entry)
+        super().learn_levels(message, registers)
+
+
 class DrivesOnWhenGivenUp(Robot):
     """It takes no notice of a run that is given up."""
 

@@ -196,3 +196,56 @@ fn a_robot_that_was_thought_elsewhere_gives_back_what_it_does_not_stand_in() {
         assert_eq!(returned, ["2", "3"]);
     }
 }
+
+/// The mediator has gone on with a process that was registered elsewhere meanwhile and has forgotten everything: what rests it leaves
+/// out, since that process knew it.
+#[test]
+fn a_robot_asks_and_answers_on_from_where_the_mediator_is() {
+    let now = || situation(&["1"], &["1", "2"], &[]);
+    let mut client = registered();
+    client.step(now(), LISTENS_FIRST_NS, SECOND_NS);
+    let resting = |run| AccessGrant {
+        level: level(run, 0, 0),
+        ..grant("2", 0, 0)
+    };
+    let run_of = |client: &mut Client| {
+        let said = client.report().access;
+        let own = said.iter().find(|own| own.area == "2").unwrap();
+        own.level.map(|own| (own.run, own.progress))
+    };
+    assert_eq!(run_of(&mut client), Some((0, 1)), "it has asked");
+    let mut told = message(2);
+    told.access = vec![resting(3)];
+    client.receive(&told, LISTENS_FIRST_NS);
+    client.step(now(), LISTENS_FIRST_NS, SECOND_NS);
+    assert_eq!(run_of(&mut client), Some((3, 1)), "it asks again");
+
+    let mut told = message(3);
+    told.access = vec![AccessGrant {
+        level: level(3, 0, 2),
+        ..grant("2", 2, 5)
+    }];
+    client.receive(&told, LISTENS_FIRST_NS);
+    assert!(client.holds("2"));
+    assert_eq!(client.counters().bad_levels, 0);
+    let mut told = message(4);
+    told.access = vec![resting(5)];
+    client.receive(&told, LISTENS_FIRST_NS);
+    assert!(client.holds("2"), "what it has it does not forget for that");
+    assert_eq!(client.counters().bad_levels, 1);
+
+    let mut told = message(5);
+    told.revocations = vec![Access {
+        level: level(4, 0, 1),
+        ..revocation(1, 5)
+    }];
+    client.receive(&told, LISTENS_FIRST_NS);
+    client.step(situation(&["1"], &["1"], &[]), LISTENS_FIRST_NS, SECOND_NS);
+    let answer = client.report().revocations.remove(0);
+    assert_eq!(
+        answer.level,
+        level(4, 0, 2),
+        "it gives back what is asked back"
+    );
+    assert_eq!(client.counters().bad_levels, 1);
+}
