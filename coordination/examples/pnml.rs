@@ -29,7 +29,9 @@ use coordination::pnml::{Document, read_all};
 const SHOWN: usize = 20;
 
 fn main() -> ExitCode {
-    match run() {
+    let arguments: Vec<String> = std::env::args().skip(1).collect();
+    let arguments: Vec<&str> = arguments.iter().map(String::as_str).collect();
+    match run(&arguments) {
         Ok(()) => ExitCode::SUCCESS,
         Err(error) => {
             eprintln!("{error}");
@@ -38,18 +40,16 @@ fn main() -> ExitCode {
     }
 }
 
-fn run() -> Result<(), Box<dyn Error>> {
-    let mut arguments = std::env::args().skip(1);
-    let Some(file) = arguments.next() else {
+/// The file, and the places that are marked at the end; nothing: a gate is written.
+pub fn run(arguments: &[&str]) -> Result<(), Box<dyn Error>> {
+    let Some((file, end)) = arguments.split_first() else {
         print!("{}", Document::new(&gate())?);
         return Ok(());
     };
-    let end: Vec<String> = arguments.collect();
-    let end: Vec<&str> = end.iter().map(String::as_str).collect();
-    let text = std::fs::read_to_string(&file)?;
+    let text = std::fs::read_to_string(file)?;
     for mut net in read_all(&text)? {
         if !end.is_empty() {
-            net.end("end", &end);
+            net.end("end", end);
         }
         show(&net)?;
     }

@@ -5,6 +5,8 @@
 
 #[path = "it/nets/mod.rs"]
 mod nets;
+#[path = "../examples/petri_families/shipped.rs"]
+mod shipped;
 
 use std::fs;
 use std::process::Command;
@@ -17,9 +19,8 @@ use rustix::time::{ClockId, clock_gettime};
 
 use nets::gate;
 
-/// The longest that a net may take of a core, whatever else the machine does: four times what the slowest of
-/// these takes at 3.5 GHz, and half of what `Limits` allow;
-const LONGEST: Duration = Duration::from_secs(30);
+/// The longest that a net may take of a core, whatever else the machine does: twice what the slowest of these takes;
+const LONGEST: Duration = Duration::from_secs(10);
 /// and the most memory that this program may ever have had.
 const LARGEST_KIB: u64 = 1 << 20;
 
@@ -63,6 +64,28 @@ fn a_gate_with_a_hundred_robots_passes() {
     let proof = within_bounds(|| check(&net, &uses, &Limits::default()));
     let proof = proof.unwrap_or_else(|refusal| panic!("{refusal}"));
     assert!(proof.report().states > 1 << 100);
+}
+
+/// Those with which this crate was published have none.
+#[test]
+fn each_shipped_net_passes_one_state_at_a_time_and_all_at_once() {
+    let shipped = shipped::all();
+    let folder = concat!(env!("CARGO_MANIFEST_DIR"), "/../config/nets");
+    assert_eq!(
+        shipped.len(),
+        fs::read_dir(folder).map_or(0, Iterator::count)
+    );
+    let all_at_once = Limits {
+        states: 0,
+        ..Limits::default()
+    };
+    for net in shipped {
+        let model = net.shuffled(|limit| limit - 1);
+        for limits in [Limits::default(), all_at_once] {
+            let proof = within_bounds(|| check(&model, &net.uses, &limits));
+            assert!(proof.is_ok(), "{}: {proof:?}", net.name);
+        }
+    }
 }
 
 fn philosophers(count: usize) -> NetModel {

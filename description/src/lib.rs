@@ -30,6 +30,11 @@
 //! assert_eq!(error.key, "pivot_gain_1_s");
 //! ```
 
+/// The metamodel of what a robot's activities share and other programs read: one plain value of a fixed layout, with a monotonic
+/// stamp in nanoseconds. Names of values end with their unit (`_m`, `_rad`, `_m_s`, `_s`); poses are in `map` or `odom`, what moves with the
+/// robot in `base_link`, as the value's type says; frames are those of this crate.
+pub const SYMBOLS: &str = "urn:kelo-onboard:symbols:1";
+
 pub mod areas;
 pub mod endpoints;
 pub mod geometry;

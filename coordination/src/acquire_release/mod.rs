@@ -8,6 +8,7 @@
 //!
 //! An [`AcquireRelease`] declares such a protocol with names of its own; what is in brackets is left out unless it is declared.
 //! [Compiled](AcquireRelease::compile), it is a [`Resource`]: a [`Protocol`](crate::protocol::Protocol) and what each of its positions means, its [`Phase`].
+//! A protocol that was declared otherwise, as one with branches, is one if its paths [say so](Resource::of).
 //! User and owner run it as any other protocol, each on its [`Side`](crate::protocol::Side): of a [`channel`](crate::protocol::channel) between
 //! threads, or as [replicas](crate::protocol::Replica) on two machines.
 //!
@@ -42,5 +43,5 @@ mod resource;
 mod revocation;
 
 pub use model::{AcquireRelease, By, PatternError};
-pub use resource::{Phase, Resource};
+pub use resource::{OtherPath, Phase, Resource};
 pub use revocation::Revocation;

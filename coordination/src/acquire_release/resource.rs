@@ -1,6 +1,9 @@
 //! The compiled pattern: a protocol, and what its positions mean.
 
 use alloc::sync::Arc;
+use alloc::vec::Vec;
+
+use thiserror::Error;
 
 use crate::protocol::{FlagId, Party, Position, Protocol};
 
@@ -28,7 +31,48 @@ pub struct Resource {
     phases: Arc<[Phase]>,
 }
 
+/// A protocol has a path by which nothing is acquired and released as was said.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Error)]
+#[error("a path of the protocol, which ends at {end:?}, acquires and releases otherwise")]
+pub struct OtherPath {
+    /// The end of that path.
+    pub end: Position,
+}
+
 impl Resource {
+    /// A protocol that was declared in another way, as one with branches is, and acquires a resource for `user` all the same: each
+    /// path begins with the flags of `acquire`, of which the user sets the first and the owner the second, and ends with those of
+    /// `release`, again the user's and the owner's.
+    ///
+    /// # Errors
+    /// [`OtherPath`] for the first path that does not.
+    pub fn of(
+        protocol: &Arc<Protocol>,
+        user: Party,
+        acquire: [&str; 2],
+        release: [&str; 2],
+    ) -> Result<Self, OtherPath> {
+        let flags = |names: [&str; 2]| names.map(|name| protocol.flag(name));
+        let (acquire, release) = (flags(acquire), flags(release));
+        let set_by = |flag: FlagId, of_user: bool| (protocol.owner(flag) == Some(user)) == of_user;
+        let is = |found: &[FlagId], expected: [Option<FlagId>; 2]| {
+            { found.iter().map(|&flag| Some(flag)) }.eq(expected)
+                && set_by(found[0], true)
+                && set_by(found[1], false)
+        };
+        for end in protocol.positions().filter(|&at| protocol.is_end(at)) {
+            let path: Vec<FlagId> = protocol.set_flags(end).map(|(flag, _)| flag).collect();
+            let fits =
+                path.len() >= 4 && is(&path[..2], acquire) && is(&path[path.len() - 2..], release);
+            if !fits {
+                return Err(OtherPath { end });
+            }
+        }
+        let known = |flag: Option<FlagId>| flag.expect("each path has it");
+        let [granted, release] = [known(acquire[1]), known(release[0])];
+        Ok(Self::new(Arc::clone(protocol), user, granted, release))
+    }
+
     pub(super) fn new(
         protocol: Arc<Protocol>,
         user: Party,

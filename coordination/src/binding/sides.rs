@@ -46,10 +46,4 @@ impl<S: Side> NetBinding<S> {
         self.lend();
         self.number(name).map(|number| &mut self.sides[number])
     }
-
-    /// Gives the protocol sides back, with their names.
-    pub fn into_sides(self) -> impl Iterator<Item = (Box<str>, S)> {
-        let names = self.wiring.ports.into_iter().map(|port| port.name);
-        names.zip(self.sides)
-    }
 }

@@ -164,6 +164,37 @@ fn verdicts_are_those_that_the_contest_publishes() {
     assert!(instances >= 20);
 }
 
+/// The contest hands its nets out as PNML.
+#[cfg(feature = "pnml")]
+#[test]
+fn the_way_through_pnml_changes_no_verdict() {
+    use coordination::pnml::{Document, read};
+
+    let mut there_and_back = 0;
+    for (family, sizes) in SMALL {
+        for size in sizes {
+            let net = family(size);
+            let (model, asked) = (net.model(), changed(&net));
+            // Sieves and referendums have places that nothing fills, or without arcs, which no net of ours has.
+            let Ok(document) = Document::new(&model) else {
+                continue;
+            };
+            there_and_back += 1;
+            let text = document.to_string();
+            let back = read(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
+            let [there, back] = [&model, &back]
+                .map(|net| properties(net, &[], &together(), &asked).expect("it is safe"));
+            assert_eq!((there.states, there.steps), (back.states, back.steps));
+            assert_eq!(lengths(&there), lengths(&back));
+            assert_eq!(there.is_live(), back.is_live());
+            let deadlocks =
+                [&there, &back].map(|own| own.deadlock.as_ref().map(|way| way.steps.len()));
+            assert_eq!(deadlocks[0], deadlocks[1]);
+        }
+    }
+    assert!(there_and_back >= 13, "{there_and_back}");
+}
+
 /// A family, and sizes.
 type Sizes = (fn(usize) -> Net, Range<usize>);
 

@@ -3,7 +3,7 @@
 use super::instance::{Instance, Phase};
 use super::participant::Participant;
 use coordination::binding::NetBinding;
-use coordination::petri::{PlaceId, TransitionId};
+use coordination::petri::{Obstacle, PlaceId, TransitionId};
 use coordination::protocol::{FlagId, Party, Side};
 
 impl Instance {
@@ -75,10 +75,6 @@ impl Instance {
             .map(|&(place, _)| place)
             .filter(|&place| running.flag_of(place) == Some((role, flag)))
             .collect();
-        let missing = |transition: TransitionId| -> Vec<PlaceId> {
-            let inputs = structure.inputs(transition).iter().copied();
-            inputs.filter(|&place| !executor.is_marked(place)).collect()
-        };
         let sets = |transition: &TransitionId| {
             let outputs = structure.outputs(*transition);
             sinks.iter().any(|sink| outputs.contains(sink))
@@ -86,8 +82,8 @@ impl Instance {
         let (transition, lacks) = net
             .transitions()
             .filter(sets)
-            .map(|transition| (transition, missing(transition)))
-            .min_by_key(|(_, missing)| missing.len())?;
+            .map(|transition| (transition, executor.why_not(transition).collect::<Vec<_>>()))
+            .min_by_key(|(_, obstacles)| obstacles.len())?;
         let transition = format!("transition `{}`", net.transition_name(transition));
         let net_name = &self.plan.net;
         if lacks.is_empty() {
@@ -97,15 +93,18 @@ impl Instance {
             ));
         }
         let lacks_names: Vec<String> = { lacks.iter() }
-            .map(|&place| {
-                let place_name = net.place_name(place);
-                let meaning = self.meaning(running, place, place_name, name);
-                format!("`{place_name}` ({meaning})")
+            .map(|&obstacle| match obstacle {
+                Obstacle::Empty(place) => {
+                    let place_name = net.place_name(place);
+                    let meaning = self.meaning(running, place, place_name, name);
+                    format!("lacks a token in `{place_name}` ({meaning})")
+                }
+                other => format!("waits, since {}", other.describe(net)),
             })
             .collect();
         let why = format!(
-            "{transition} of net {net_name} lacks a token in {}",
-            lacks_names.join(" and in ")
+            "{transition} of net {net_name} {}",
+            lacks_names.join(" and ")
         );
         Some((lacks.len(), why))
     }

@@ -182,7 +182,7 @@ fn as_json_object(robot: &str, seen: &[Seen]) -> Json {
     let symbols: Vec<Json> = seen
         .iter()
         .map(|seen| {
-            json!({ "datatype": seen.info.datatype, "model": seen.info.model, "metamodel": seen.info.metamodel,
+            json!({ "id": seen.info.semantic_id().to_string(), "datatype": seen.info.datatype, "model": seen.info.model, "metamodel": seen.info.metamodel,
                 "added": seen.info.is_added, "owner": seen.info.owner, "readers": seen.info.readers, "size_bytes": seen.info.size_bytes, "age_ms": seen.age_ms,
                 "value": seen.value })
         })

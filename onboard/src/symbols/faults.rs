@@ -155,7 +155,7 @@ impl Default for FaultTable {
     }
 }
 
-coordination::datatype!(FaultTable, "fault_table");
+coordination::datatype!(FaultTable, "fault_table", description::SYMBOLS);
 
 impl Serialize for FaultTable {
     /// Those that were ever raised, by name, and since when, on the monotonic clock.

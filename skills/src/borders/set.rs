@@ -13,7 +13,7 @@ pub struct AreaSet {
 }
 
 #[cfg(feature = "symbols")]
-coordination::datatype!(AreaSet, "allowed_areas");
+coordination::datatype!(AreaSet, "allowed_areas", description::SYMBOLS);
 
 #[cfg(feature = "symbols")]
 impl serde::Serialize for AreaSet {

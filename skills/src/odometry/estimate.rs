@@ -50,4 +50,4 @@ pub struct Odometry {
 }
 
 #[cfg(feature = "symbols")]
-coordination::datatype!(Odometry, "odometry");
+coordination::datatype!(Odometry, "odometry", description::SYMBOLS);

@@ -7,6 +7,7 @@ use crate::nets::plan::{Kind, Passage, RolePlan, Script};
 use config::{NetConfig, NetFlag};
 use contract::protocols::{ACQUIRE, ACQUIRED, RELEASE, RELEASED};
 use contract::wire::{Instruction, Pose};
+use coordination::acquire_release::{OtherPath, Resource};
 use coordination::protocol::{FlagId, Party, Position, Protocol};
 
 impl Loader<'_> {
@@ -74,25 +75,19 @@ impl Loader<'_> {
     }
 
     /// Each path begins with acquire, acquired and ends with release, released.
-    fn check_control(&mut self, place: &str, protocol: &Protocol) {
-        for end in protocol.positions().filter(|&at| protocol.is_end(at)) {
-            let path: Vec<(&str, bool)> = protocol
-                .set_flags(end)
-                .map(|(flag, _)| {
-                    let mine = protocol.owner(flag) == Some(Party::Second);
-                    (protocol.flag_name(flag), mine)
-                })
-                .collect();
-            let begins = path.starts_with(&[(ACQUIRE, true), (ACQUIRED, false)]);
-            let ends = path.ends_with(&[(RELEASE, true), (RELEASED, false)]);
-            if !begins || !ends || path.len() < 4 {
-                let flags: Vec<&str> = path.iter().map(|(flag, _)| *flag).collect();
-                let what = format!(
-                    "a protocol that acquires a robot must begin with `acquire` (mediator), `acquired` (robot) and end with `release` (mediator), `released` (robot); one path is {}",
-                    flags.join(", ")
-                );
-                self.wrong(place, what);
-            }
+    fn check_control(&mut self, place: &str, protocol: &Arc<Protocol>) {
+        let control = Resource::of(
+            protocol,
+            Party::Second,
+            [ACQUIRE, ACQUIRED],
+            [RELEASE, RELEASED],
+        );
+        if let Err(OtherPath { end }) = control {
+            let what = format!(
+                "a protocol that acquires a robot must begin with `acquire` (mediator), `acquired` (robot) and end with `release` (mediator), `released` (robot); one path is {}",
+                protocol.describe(end)
+            );
+            self.wrong(place, what);
         }
     }
 

@@ -12,6 +12,6 @@ macro_rules! value {
             fn default() -> Self { bytemuck::Zeroable::zeroed() }
         }
 
-        coordination::datatype!($name, $datatype);
+        coordination::datatype!($name, $datatype, description::SYMBOLS);
     };
 }

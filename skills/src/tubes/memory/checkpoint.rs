@@ -46,4 +46,4 @@ impl Default for FloorCheckpoint {
 }
 
 #[cfg(feature = "symbols")]
-coordination::datatype!(FloorCheckpoint, "floor");
+coordination::datatype!(FloorCheckpoint, "floor", description::SYMBOLS);
