@@ -23,6 +23,8 @@ class Follower:
         self.floor: list[Any] = []
         self.floor_hash = HASH_OF_NOTHING
         self.epoch = self.heard_sequence = self.session = self.instance = self.journal = 0
+        # Mediators that were followed before, and epoch and sequence of what was heard of them last.
+        self.before: dict[int, tuple[int, int]] = {}
         self.sequence = 0
         self.heard_at = -math.inf
         self.stands_by = self.identity_taken = False
@@ -70,6 +72,8 @@ class Follower:
             self.note_other(message, now)
             return
         registered_before = self.session != 0
+        if other:
+            self.before = dict([*self.before.items(), (self.instance, (self.epoch, self.heard_sequence))][-8:])
         self.epoch, self.heard_sequence, self.heard_at = message.mediator_epoch, message.sequence, now
         self.instance, self.journal, self.stands_by = message.instance, message.journal, message.stands_by
         self.refusal, self.identity_taken = message.refusal, message.identity_taken
@@ -98,7 +102,8 @@ class Follower:
     def is_for_me(self, message: Any) -> bool:
         """For this robot and boot, and news from whom it is."""
         followed = self.instance == 0 or message.instance == self.instance
-        old = followed and (message.mediator_epoch, message.sequence) <= (self.epoch, self.heard_sequence)
+        newest = (self.epoch, self.heard_sequence) if followed else self.before.get(message.instance, (0, -1))
+        old = (message.mediator_epoch, message.sequence) <= newest
         return message.robot_id == self.robot_id and message.boot_epoch == self.boot_epoch and not old
 
     def is_plausible(self, message: Any, now: float) -> bool:

@@ -39,22 +39,23 @@ class Claim:
         """The last flag of an area's run is set: its reader is to empty the array."""
         return self.progress == RELEASED or (self.path, self.progress) == RETURNED
 
-    def learn(self, entry: Any, mine: int) -> bool:
-        """Takes in the mediator's level, which may add its flag number `mine`, or begin another run. False: it cannot be."""
+    def learn(self, entry: Any, mine: int, strict: bool = False) -> bool:
+        """Takes in the mediator's level, which may add its flag number `mine`, or begin another run; of an area where this process is bound by
+        nothing it may be any level of a later run, unless that is `strict`. False: it cannot be."""
         level = entry.level
         if level.run < self.run or level.run == self.run and level.progress <= self.progress:
             return True
         if level.run > self.run:
-            # Emptied after its last flag, or given up, or forgotten here; flags of the robot cannot be set there yet.
-            ended = self.is_over() if mine == GRANTED else self.progress == 2
-            unbound = self.progress <= REQUESTED if mine == GRANTED else self.progress == 0
+            # Emptied after its last flag, or given up, or forgotten here.
+            unbound = self.progress <= REQUESTED or self.is_over() if mine == GRANTED else self.progress != 1
             begins = level.progress == 0 if mine == GRANTED else level.progress <= mine
-            if not begins or not (ended or level.after_abort or unbound):
+            if not (begins and level.after_abort) and not (unbound and (begins or mine == GRANTED and not strict)):
                 return False
         elif self.progress != mine - 1 or level.progress != mine:
             return False
-        self.inherited = self.inherited and level.run == self.run
+        taken_over = level.run > self.run
         self.run, self.path, self.progress, self.after_abort = level.run, level.path, level.progress, level.after_abort
+        self.inherited = self.held if taken_over and mine == GRANTED else self.inherited
         self.fence = entry.fence if level.progress >= mine else 0
         return True
 

@@ -73,7 +73,7 @@ class Robot(Follower):
 
     def contradicts(self, message: Any) -> bool:
         """Whether a level cannot follow what this process has said."""
-        return not all(replace(self.claims.get(entry.area, Claim())).learn(entry, GRANTED) for entry in message.access)
+        return not all(replace(self.claims.get(entry.area, Claim())).learn(entry, GRANTED, strict=True) for entry in message.access)
 
     def learn_control(self, message: Any, registers: bool) -> None:
         """Takes in protocol 2. A robot that has just registered carries the last instruction out again."""

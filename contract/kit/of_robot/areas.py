@@ -109,7 +109,7 @@ def old_run(hall: Hall) -> None:
         hall.levels[area] = own
 
 
-@SUITE.check("larger-run-taken-over", "where it has done no more than ask, it goes on in a larger `run` in which nothing is set, and asks again there")
+@SUITE.check("larger-run-taken-over", "where it has done no more than ask, or what it had is over, it takes over the level of a larger `run` as at a registration")
 def larger_run(hall: Hall) -> None:
     """An area of which the mediator is in a later run is asked for in that run, and entered when it is granted."""
     area = hall.ahead()

@@ -129,15 +129,18 @@ def after_silence(hall: Hall) -> None:
 
 @SUITE.check("other-mediator-of-before", BEFORE)
 def of_before(hall: Hall) -> None:
-    """To another mediator, which has heard of a process before only, it gives back what that one had entered and it does not stand in."""
+    """To another mediator, which has heard of a process before only, it gives back what that one had entered, but for where it stands."""
     ahead = hall.ahead()
     hall.speaks = False
     time.sleep(page.SILENT_S + 2 * page.LEVEL_S)
     with hall.lock:
+        inside = next((area for area in hall.stands_in() if hall.levels.get(area, Claim()).held), None)
+        if inside is None:
+            raise Failed("a grant of an area that the robot stands in", hall.found())
         area = next(area.id for area in hall.floor if area.id != ahead and area.id not in hall.stands_in())
-        run = hall.levels.get(area, Claim()).run + 7
-        hall.full.add(area)
-        hall.journal, hall.levels = random.getrandbits(64) | 1, {area: Claim(run, 0, 3, 50)}
+        run, held = (hall.levels.get(name, Claim()).run + 7 for name in (area, inside))
+        hall.full.update((area, inside))
+        hall.journal, hall.levels = random.getrandbits(64) | 1, {area: Claim(run, 0, 3, 50), inside: Claim(held, 0, 3, 51)}
         hall.session += 1
         hall.start_mediator(epochs=3)
         hall.send()
@@ -147,6 +150,7 @@ def of_before(hall: Hall) -> None:
         return hall.counts(said) and claim is not None and (claim.run, claim.path, claim.progress) == (run, 0, 4)
 
     hall.expect(hall.soon_s, released, f"{area} released, run {run}")
+    hall.expect(hall.soon_s, lambda said: said.access(inside) == Claim(held, 0, 3, 51), f"{inside} still entered, run {held}")
 
 
 @SUITE.check("restart-followed", FOLLOWS, KEEPS, "go on with the levels that are there, under the new number.")

@@ -34,19 +34,17 @@ impl Claim {
         }
     }
 
-    /// Takes in a level of the mediator. One of a later run, in which nothing is set, is that of an area of which this process has
-    /// forgotten what the mediator therefore leaves out: it follows where the robot has done no more than ask.
-    fn merge(&mut self, protocol: &AccessProtocol, level: Level) -> Result<Merged, MergeError> {
+    /// It has done no more than ask, or what it had is over.
+    fn is_unbound(&self, protocol: &AccessProtocol) -> bool {
         let at = self.replica.position();
-        let is_bound = at != Position::START && at != protocol.requested_at;
-        match self.replica.merge(level) {
-            Err(error) if is_ahead(&error) && !is_bound && level.progress == 0 => {
-                self.replica = Replica::resume(&protocol.protocol, ROBOT_PARTY, level)?;
-                self.doubtful = false;
-                Ok(Merged::Risen)
-            }
-            merged => merged,
-        }
+        at == Position::START || at == protocol.requested_at || protocol.protocol.is_end(at)
+    }
+
+    /// The level is the mediator's word for where this robot is; what it has by that it has not seen granted.
+    fn take_over(&mut self, protocol: &AccessProtocol, level: Level) -> Result<(), MergeError> {
+        self.replica = Replica::resume(&protocol.protocol, ROBOT_PARTY, level)?;
+        self.doubtful = protocol.is_held(self.replica.position());
+        Ok(())
     }
 
     /// It was used, and is not now.
@@ -88,14 +86,10 @@ impl Claims {
     /// Takes over where the mediator left the robot before its restart.
     pub(super) fn inherit(&mut self, grant: &AccessGrant) -> Result<(), BadLevel> {
         let level = level::decode(grant.level.as_ref())?;
-        let replica = Replica::resume(&self.protocol.protocol, ROBOT_PARTY, level)?;
-        let claim = Claim {
-            doubtful: self.protocol.is_held(replica.position()),
-            replica,
-            fence: grant.fence,
-            waits_for: grant.waits_for.clone(),
-            mention: Mention::default(),
-        };
+        let mut claim = Claim::new(begin(&self.protocol.protocol, ROBOT_PARTY));
+        claim.take_over(&self.protocol, level)?;
+        claim.fence = grant.fence;
+        claim.waits_for.clone_from(&grant.waits_for);
         self.by_area.insert(grant.area.clone(), claim);
         Ok(())
     }
@@ -106,8 +100,13 @@ impl Claims {
             let claim = self.by_area.get(&grant.area).cloned();
             let mut claim =
                 claim.unwrap_or_else(|| Claim::new(begin(&self.protocol.protocol, ROBOT_PARTY)));
-            level::decode(grant.level.as_ref())
-                .is_ok_and(|level| claim.merge(&self.protocol, level).is_err())
+            level::decode(grant.level.as_ref()).is_ok_and(|level| {
+                let is_unbound = claim.is_unbound(&self.protocol);
+                let follows =
+                    |error: &MergeError| is_ahead(error) && level.progress == 0 && is_unbound;
+                let merged = claim.replica.merge(level);
+                merged.is_err_and(|error| !follows(&error))
+            })
         })
     }
 
@@ -124,7 +123,14 @@ impl Claims {
         if level.run < claim.replica.run() {
             claim.mention.renew();
         }
-        let merged = claim.merge(protocol, level)?;
+        let merged = match claim.replica.merge(level) {
+            // This process has forgotten what the mediator therefore leaves out.
+            Err(error) if is_ahead(&error) && claim.is_unbound(protocol) => {
+                claim.take_over(protocol, level)?;
+                Merged::Risen
+            }
+            merged => merged?,
+        };
         claim.waits_for.clone_from(&grant.waits_for);
         if merged == Merged::Nothing {
             // Its fence may be that of a mediator which has forgotten the grant.

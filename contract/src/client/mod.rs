@@ -12,6 +12,7 @@
 
 mod access;
 mod control;
+mod others;
 mod revocation;
 mod robot;
 mod session;

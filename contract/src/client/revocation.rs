@@ -72,7 +72,7 @@ impl Revocations {
         }
         let merged = match revocation.replica.merge(level) {
             // What it was asked before it has forgotten, as of areas; there is nothing to answer but this.
-            Err(error) if is_ahead(&error) && !revocation.is_asked() => {
+            Err(error) if is_ahead(&error) && !revocation.is_asked() && level.progress <= 1 => {
                 return self.inherit(message);
             }
             merged => merged,

@@ -2,6 +2,7 @@
 
 use std::collections::VecDeque;
 
+use super::others::{Before, Other};
 use crate::floor::Floor;
 use crate::timing::{DOUBLED_AFTER_NS, LEASE_NS, LISTENS_FIRST_NS, SILENT_AFTER_NS};
 use crate::wire::{Factsheet, MediatorReport, RobotReport, TakeUp};
@@ -41,15 +42,6 @@ pub const EPOCH_STEP: u64 = 1 << 20;
 /// follow.
 pub const SEQUENCE_STEP: u64 = 1 << 20;
 
-/// Other mediators that speak to this robot.
-#[derive(Clone, Copy, Debug)]
-struct Other {
-    since_ns: u64,
-    heard_ns: u64,
-    /// When one was heard last that may grant something.
-    grants_ns: Option<u64>,
-}
-
 /// The robot's identity and its registration with a mediator.
 #[derive(Clone, Debug)]
 pub(super) struct Session {
@@ -87,6 +79,8 @@ pub(super) struct Session {
     pub(super) mediator_epoch: u64,
     /// Of its newest message.
     mediator_sequence: u64,
+    /// Those that were followed before it.
+    before: Before,
     /// The registration; 0 without one.
     pub(super) number: u64,
     /// When the mediator that is followed, or has refused the robot, was heard last.
@@ -123,6 +117,7 @@ impl Session {
             listens_until_ns: 0,
             mediator_epoch: 0,
             mediator_sequence: 0,
+            before: Before::default(),
             number: 0,
             heard_ns: 0,
             refusal: String::new(),
@@ -135,12 +130,17 @@ impl Session {
 
     /// Takes in the head of a message. Its levels count only for [`Received::News`] and [`Received::Registered`].
     pub(super) fn receive(&mut self, message: &MediatorReport, now_ns: u64) -> Received {
-        let newest = (self.mediator_epoch, self.mediator_sequence);
         let other = self.instance != 0 && message.instance != self.instance;
+        let newest = (self.mediator_epoch, self.mediator_sequence);
+        let newest = if other {
+            self.before.newest_of(message.instance)
+        } else {
+            newest
+        };
         let was_registered = self.is_registered();
         if message.robot_id != self.robot_id
             || message.boot_epoch != self.boot_epoch
-            || !other && (message.mediator_epoch, message.sequence) <= newest
+            || (message.mediator_epoch, message.sequence) <= newest
         {
             return Received::Stale;
         }
@@ -179,6 +179,8 @@ impl Session {
             }
             self.other = None;
             self.heard_by_ns = None;
+            let newest = (self.mediator_epoch, self.mediator_sequence);
+            self.before.add(self.instance, newest);
         }
         let registers = self.number != message.session;
         if other || registers || self.mediator_epoch != message.mediator_epoch {
@@ -380,14 +382,4 @@ impl Session {
 pub fn is_reached_from(newest: u64, sequence: u64) -> bool {
     let most = newest.saturating_add(SEQUENCE_STEP).max(LAST_NUMBER / 2);
     sequence <= most.min(LAST_NUMBER)
-}
-
-impl Other {
-    fn is_heard(&self, now_ns: u64) -> bool {
-        now_ns <= self.heard_ns.saturating_add(SILENT_AFTER_NS)
-    }
-
-    fn may_grant(&self, now_ns: u64) -> bool {
-        { self.grants_ns }.is_some_and(|at_ns| now_ns <= at_ns.saturating_add(SILENT_AFTER_NS))
-    }
 }

@@ -96,9 +96,16 @@ pub fn passes(rival: Option<&Rival>) -> bool {
         }
     }
     let shipped = shipped::all();
+    let is_alone = !shipped::folder().is_dir();
+    if is_alone {
+        eprintln!("the shipped nets are not beside this crate: their steps are not compared");
+    }
     for (name, [whole, each]) in SHIPPED {
+        if is_alone || rival.is_none() {
+            continue;
+        }
         let Some(net) = shipped.iter().find(|net| net.name == name) else {
-            eprintln!("the net `{name}` is not beside this crate: its steps are not compared");
+            eprintln!("no net is called `{name}`: its steps are not compared");
             all = false;
             continue;
         };

@@ -2,7 +2,7 @@
 //! the crate does not know the loader of those files, which checks them.
 
 use std::collections::BTreeSet;
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use coordination::analysis::Use;
@@ -34,10 +34,14 @@ struct Transition {
     to: Vec<String>,
 }
 
+/// Where they are, beside the crate.
+pub fn folder() -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/nets")
+}
+
 /// All of them, by name; none where the crate stands alone.
 pub fn all() -> Vec<Shipped> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../config/nets");
-    let files = folder.read_dir().into_iter().flatten().flatten();
+    let files = folder().read_dir().into_iter().flatten().flatten();
     let mut texts: Vec<_> = { files.map(|file| file.path()) }
         .filter(|path| path.extension().is_some_and(|ending| ending == "toml"))
         .map(|path| std::fs::read_to_string(path).expect("the file can be read"))

@@ -248,4 +248,22 @@ fn a_robot_asks_and_answers_on_from_where_the_mediator_is() {
         "it gives back what is asked back"
     );
     assert_eq!(client.counters().bad_levels, 1);
+
+    // That run is over, and another one that is granted is none of which this process knows what it was asked for.
+    let mut told = message(6);
+    told.access = vec![AccessGrant {
+        level: level(7, 0, 2),
+        ..grant("2", 2, 9)
+    }];
+    client.receive(&told, LISTENS_FIRST_NS);
+    assert!(!client.holds("2"));
+    client.step(now(), LISTENS_FIRST_NS, SECOND_NS);
+    let said = client.report().access;
+    let own = said.iter().find(|own| own.area == "2").unwrap();
+    assert_eq!(
+        (own.level, own.fence),
+        (level(7, 1, 3), 9),
+        "it gives it back"
+    );
+    assert_eq!(client.counters().bad_levels, 1);
 }

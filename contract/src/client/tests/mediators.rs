@@ -308,3 +308,35 @@ fn a_registered_robot_takes_no_refusal_of_a_mediator_that_has_another_journal() 
     assert_eq!(client.receive(&refusal(6), silent_ns), Received::Refused);
     assert!(!client.holds("1"));
 }
+
+/// A robot that was refused by the one after it would begin anew with words of before, one after the other.
+#[test]
+fn late_messages_of_a_mediator_that_was_followed_before_are_ignored() {
+    let mut client = Client::new("amr-1", "corridor", 7);
+    let now = || situation(&["1"], &["1", "2"], &[]);
+    let said = |sequence| MediatorReport {
+        access: vec![grant("1", 3, 4)],
+        ..other(70, 1, sequence)
+    };
+    for sequence in [1, 20] {
+        client.receive(&said(sequence), 0);
+    }
+    client.step(now(), 0, SECOND_NS);
+    let silent_ns = 2 * SECOND_NS;
+    let followed = client.receive(&other(80, 2, 1), silent_ns);
+    assert_eq!(followed, Received::News);
+    let refuses = MediatorReport {
+        session: 0,
+        refusal: "not now".into(),
+        ..other(80, 2, 2)
+    };
+    assert_eq!(client.receive(&refuses, silent_ns), Received::Refused);
+    for sequence in [5, 19, 20] {
+        assert_eq!(
+            client.receive(&said(sequence), silent_ns),
+            Received::Stale,
+            "{sequence}"
+        );
+    }
+    assert_eq!(client.receive(&said(21), silent_ns), Received::Registered);
+}
