@@ -121,9 +121,7 @@ impl Client {
             };
             self.counters.bad_levels += u64::from(learned.is_err());
         }
-        // One that it did not follow when that began may have begun with a process before this one.
-        let anew = registers || self.session.registration() != registration;
-        self.learn_control(message.control.as_ref(), anew);
+        self.learn_control(message.control.as_ref(), registers);
         for output in self.unheard.take().into_iter().flatten().rev() {
             self.output(&output);
         }
