@@ -106,10 +106,10 @@ impl World {
 
     fn clear_as(&mut self, area: u8, taken_away: bool) -> Option<()> {
         let (id, later_ns) = (AREAS[usize::from(area)], self.order_ns());
-        let mut done = false;
-        let messages = self.manage(|manager, now_ns| {
+        let what = ("clear", area, taken_away, later_ns);
+        let (done, messages) = self.manage(what, |manager, now_ns| {
             let of = manager.clear(id, taken_away, now_ns + later_ns);
-            done = of.is_ok_and(|done| !done.of.is_empty());
+            of.is_ok_and(|done| !done.of.is_empty())
         });
         self.deliver(messages);
         done.then_some(())
@@ -117,9 +117,9 @@ impl World {
 
     pub(super) fn absent(&mut self, robot: u8) -> Option<()> {
         let (id, later_ns) = (self.robot(robot).id(), self.order_ns());
-        let mut done = false;
-        let messages = self.manage(|manager, now_ns| {
-            done = manager.absent(id, true, now_ns + later_ns).is_ok();
+        let what = ("absent", robot, later_ns);
+        let (done, messages) = self.manage(what, |manager, now_ns| {
+            manager.absent(id, true, now_ns + later_ns).is_ok()
         });
         self.deliver(messages);
         done.then_some(())

@@ -5,7 +5,7 @@ use contract::timing::{ENTERS_WITHIN_NS, SILENT_AFTER_NS};
 use contract::wire::RobotReport;
 
 use super::action::{AREAS, ROBOTS};
-use super::kept::Kept;
+use super::kept::{Kept, key_of};
 use super::rules::Rule;
 use super::world::{SITE, TICK_NS};
 
@@ -152,16 +152,19 @@ impl Robot {
     pub fn look(&mut self, tick: u8) {
         let (situation, now_ns) = (self.situation(), self.now_ns(tick));
         if let Some(client) = &mut self.client {
-            client.change(|client| client.step(situation, now_ns, SILENT_AFTER_NS));
+            client.change_by(("looks", key_of(&situation), now_ns), |client| {
+                client.step(situation, now_ns, SILENT_AFTER_NS)
+            });
         }
     }
 
     /// The next report of its process.
-    pub fn report(&mut self, tick: u8) -> Option<RobotReport> {
+    pub fn report(&mut self, tick: u8) -> Option<Kept<RobotReport>> {
         let (situation, now_ns) = (self.situation(), self.now_ns(tick));
-        let report = self.client.as_mut()?.change(|client| {
+        let what = ("reports", key_of(&situation), now_ns);
+        let report = self.client.as_mut()?.change_by(what, |client| {
             client.step(situation, now_ns, SILENT_AFTER_NS);
-            client.report()
+            Kept::new(client.report())
         });
         self.talked = true;
         Some(report)

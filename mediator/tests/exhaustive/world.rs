@@ -119,7 +119,7 @@ impl World {
             fences: [(0, 0); 2],
             wrong: None,
         };
-        world.manage(|_, _| ());
+        world.manage("nothing", |_, _| ());
         for robot in 0..2 {
             world.robots[robot].wants = false;
             world.robots[robot].start();
