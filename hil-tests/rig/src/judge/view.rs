@@ -69,9 +69,12 @@ pub fn walls_in_view(site: &SiteConfig, scenery: &Scenery, lidar: &Pose) -> Vec<
     let from = [lidar.x_m, lidar.y_m];
     let mut seen: Vec<Seen> = vec![Seen::default(); site.walls.len()];
     let rays = (2.0 * HALF_VIEW_RAD / STEP_RAD) as usize;
-    for ray in 0..=rays {
-        let angle_rad = lidar.theta_rad - HALF_VIEW_RAD + ray as f64 * STEP_RAD;
-        let direction = [angle_rad.cos(), angle_rad.sin()];
+    let (step_sin, step_cos) = STEP_RAD.sin_cos();
+    let (sin, cos) = (lidar.theta_rad - HALF_VIEW_RAD - STEP_RAD).sin_cos();
+    let mut direction = [cos, sin];
+    for _ in 0..=rays {
+        let [x, y] = direction;
+        direction = [step_cos * x - step_sin * y, step_sin * x + step_cos * y];
         let reach_m = scenery.reach_m(from, direction);
         if reach_m > REACH_M {
             continue;

@@ -68,7 +68,10 @@ pub(super) fn inputs(
 fn motor(encoder_rad: f64, velocity_rad_s: f64, current_a: f64) -> MotorInputs {
     let voltage_v = velocity_rad_s * BACK_EMF_V_S + current_a * RESISTANCE_OHM;
     let electrical_rad = encoder_rad * POLE_PAIRS;
-    let shares = [0.0, 1.0, 2.0].map(|number| (electrical_rad - number * TAU / 3.0).cos());
+    // Each phase is a third of a turn behind the one before.
+    let (sin, cos) = electrical_rad.sin_cos();
+    let (ahead, aside) = (-0.5 * cos, 0.75f64.sqrt() * sin);
+    let shares = [cos, ahead + aside, ahead - aside];
     let phases = |amplitude: f64| shares.map(|share| (amplitude * share) as f32);
     let ([iu, iv, iw], [uu, uv, uw]) = (phases(current_a), phases(voltage_v));
     MotorInputs {

@@ -5,6 +5,8 @@
 //! robots where they are then; it never meets its own robot. Readings are millimetres; under 20 they are the
 //! device's error codes: 0 nothing within reach, 1 too little light, 6 too near, 19 a step it does not measure.
 
+use std::sync::LazyLock;
+
 use super::geometry::{Footprint, Point, Pose, SeenSegment, add, norm, ray_hit_disc_m, sub};
 use super::random::Random;
 use super::scene::{Outline, Target};
@@ -242,14 +244,22 @@ struct Beams {
     left: Point,
 }
 
+/// The directions of all steps, seen from the sensor: a sine for each beam of each scan would be a good part of a stepped run.
+static DIRECTIONS: LazyLock<[Point; SLICES * STEPS_PER_SLICE]> = LazyLock::new(|| {
+    std::array::from_fn(|step| {
+        let angle_rad =
+            (step as f64 - FRONT_STEP as f64) * std::f64::consts::TAU / STEPS_PER_TURN as f64;
+        [angle_rad.cos(), angle_rad.sin()]
+    })
+});
+
 impl Beams {
     fn of(origin: &Pose, slice: usize) -> Beams {
+        let (sin, cos) = origin.theta_rad.sin_cos();
+        let own = &DIRECTIONS[slice * STEPS_PER_SLICE..];
         let directions: [Point; STEPS_PER_SLICE] = std::array::from_fn(|index| {
-            let step = slice * STEPS_PER_SLICE + index;
-            let angle_rad =
-                (step as f64 - FRONT_STEP as f64) * std::f64::consts::TAU / STEPS_PER_TURN as f64;
-            let (sin, cos) = (origin.theta_rad + angle_rad).sin_cos();
-            [cos, sin]
+            let [ahead, aside] = own[index];
+            [cos * ahead - sin * aside, sin * ahead + cos * aside]
         });
         let (first, last) = (directions[0], directions[STEPS_PER_SLICE - 1]);
         Beams {

@@ -9,6 +9,8 @@ use description::robot::Navigation;
 
 /// Pairs of points that are tried.
 const PAIRS: usize = 48;
+/// A line with this share of all the support that there can be is refined at once: no other pair has much more.
+const ENOUGH: f64 = 0.9;
 /// Fours of points after which a line that has fallen behind is given up.
 const FOURS: usize = 4;
 /// More than rounding makes of sums of shares, which are at most the number of pieces.
@@ -120,7 +122,7 @@ impl LineFitter {
             four.left = left;
             left += four.share.iter().sum::<f64>();
         }
-        let mut line = self.refine(self.start(min_span_m)?)?;
+        let mut line = self.refine(self.start(min_span_m, left)?)?;
         if self.leave_out_of_sight(&line) {
             line = self.refine(line)?;
         }
@@ -153,8 +155,8 @@ impl LineFitter {
         Point2::new(self.unit.dot(from_start), self.unit.cross(from_start))
     }
 
-    /// The line through two points that accounts for the most length.
-    fn start(&self, min_span_m: f64) -> Option<Line> {
+    /// The line through two points that accounts for the most length, of all that there is.
+    fn start(&self, min_span_m: f64, all: f64) -> Option<Line> {
         let count = self.near.len();
         let mut best: Option<(f64, Line)> = None;
         for pair in 0..PAIRS {
@@ -177,6 +179,9 @@ impl LineFitter {
             };
             let most = best.map_or(f64::NEG_INFINITY, |(most, _)| most);
             if let Some(support) = self.support(&line, most) {
+                if support > ENOUGH * all {
+                    return Some(line);
+                }
                 best = Some((support, line));
             }
         }

@@ -60,7 +60,12 @@ fn every_beam_meets_what_is_nearest_of_all() {
                 }
                 Shape::Box { .. } => None,
             });
-            assert_eq!(*distance, hits.fold(f64::INFINITY, f64::min), "{step}");
+            let nearest = hits.fold(f64::INFINITY, f64::min);
+            // An edge that is just missed is farther by more than rounding.
+            assert!(
+                *distance == nearest || (distance - nearest).abs() < 1e-9,
+                "{step}: {distance} {nearest}"
+            );
         }
     }
 }
