@@ -41,6 +41,9 @@ fn main() -> ExitCode {
 }
 
 /// The file, and the places that are marked at the end; nothing: a gate is written.
+///
+/// # Errors
+/// If there is no such file, or it has no net that can be checked.
 pub fn run(arguments: &[&str]) -> Result<(), Box<dyn Error>> {
     let Some((file, end)) = arguments.split_first() else {
         print!("{}", Document::new(&gate())?);
