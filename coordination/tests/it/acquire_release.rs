@@ -1,10 +1,12 @@
 //! The pattern by which resources are acquired and released, run on two sides.
 
+use std::sync::Arc;
+
 use coordination::acquire_release::{
     AcquireRelease, By, PatternError, Phase, Resource, Revocation,
 };
 use coordination::protocol::{
-    AbortError, Change, Party, Position, ProtocolModel, Replica, SetError, Side, channel,
+    AbortError, Change, Party, Position, Protocol, ProtocolModel, Replica, SetError, Side, channel,
 };
 
 fn full() -> Resource {
@@ -160,4 +162,48 @@ fn an_owner_asks_for_it_back() {
     assert_eq!(robot.poll(), Some(Change::Flag(revocation.revoke)));
     robot.set(revocation.kept).unwrap();
     assert_eq!(mediator.poll(), Some(Change::Flag(revocation.kept)));
+}
+
+#[test]
+fn a_protocol_with_branches_is_one_if_each_of_its_paths_acquires_and_releases() {
+    let branches = |last: &[(&str, &str)]| {
+        let mut model = ProtocolModel::new("control", "robot", "mediator");
+        model.array("take", &[("acquire", "mediator"), ("acquired", "robot")]);
+        model
+            .array("wait", &[("wait", "mediator")])
+            .array("leave", &[("leave", "mediator")])
+            .array("free", last);
+        for step in ["wait", "leave"] {
+            model.follow("take", step).follow(step, "free");
+        }
+        Arc::new(model.compile().unwrap())
+    };
+    let of = |protocol: &Arc<Protocol>| {
+        Resource::of(
+            protocol,
+            Party::Second,
+            ["acquire", "acquired"],
+            ["release", "released"],
+        )
+    };
+    let protocol = branches(&[("release", "mediator"), ("released", "robot")]);
+    let control = of(&protocol).unwrap();
+    assert_eq!(control.user(), Party::Second);
+    for at in protocol.positions() {
+        let set = |name: &str| {
+            let flag = protocol.flag(name);
+            protocol.set_flags(at).any(|(own, _)| Some(own) == flag)
+        };
+        assert_eq!(control.is_held(at), set("acquired") && !set("release"));
+    }
+    // The robot never says that it is free; or says it for the mediator.
+    for last in [
+        &[("release", "mediator")][..],
+        &[("release", "mediator"), ("released", "mediator")],
+        &[("release", "robot"), ("released", "robot")],
+    ] {
+        let protocol = branches(last);
+        let error = of(&protocol).unwrap_err();
+        assert!(protocol.is_end(error.end));
+    }
 }
