@@ -131,11 +131,10 @@ impl Session {
     /// Takes in the head of a message. Its levels count only for [`Received::News`] and [`Received::Registered`].
     pub(super) fn receive(&mut self, message: &MediatorReport, now_ns: u64) -> Received {
         let other = self.instance != 0 && message.instance != self.instance;
-        let newest = (self.mediator_epoch, self.mediator_sequence);
         let newest = if other {
             self.before.newest_of(message.instance)
         } else {
-            newest
+            (self.mediator_epoch, self.mediator_sequence)
         };
         let was_registered = self.is_registered();
         if message.robot_id != self.robot_id
