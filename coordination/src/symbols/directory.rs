@@ -144,10 +144,6 @@ impl RowId {
     pub(super) fn key(self) -> u64 {
         self.0 as u64 + 1
     }
-
-    pub(super) fn index(self) -> usize {
-        self.0
-    }
 }
 
 impl Directory {
@@ -210,12 +206,6 @@ impl Directory {
     /// The page that a symbol's value is in.
     pub(super) fn page(&self, row: RowId) -> u64 {
         self.rows[row.0].page()
-    }
-
-    /// Whether the row is still that of the symbol on `page`.
-    pub(super) fn is_on(&self, row: RowId, page: u64) -> bool {
-        let row = &self.rows[row.0];
-        row.used != 0 && row.page() == page
     }
 
     /// The row of the symbol of type `T` called `model`; the error tells unknown from mistyped.
@@ -285,10 +275,6 @@ impl Directory {
 
     pub(super) fn set_taken(&mut self, row: RowId, is_taken: bool) {
         self.rows[row.0].taken = is_taken.into();
-    }
-
-    pub(super) fn is_taken(&self, row: RowId) -> bool {
-        self.rows[row.0].taken != 0
     }
 
     /// The declared symbols whose writers nobody has taken.

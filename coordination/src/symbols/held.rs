@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use iceoryx2::port::writer::EntryHandleMut;
 
+use super::access::{self, Grants, Held};
 use super::blackboard::{Blackboard, Key, WriterPort};
 use super::directory::{DECLARED, Directory, RowId};
 use super::entry::{Presence, Writer};
@@ -12,6 +13,7 @@ use super::owner::Owner;
 use super::page::Page;
 use super::service::Service;
 use super::{Datatype, Stamped, SymbolError};
+use crate::protocol::End;
 
 /// What has to live as long as any handle; dropped in this order.
 pub(super) struct Memory {
@@ -41,8 +43,7 @@ pub(super) struct State {
     /// Pages are numbered from 1, and no number comes again.
     pub(super) last_page: u64,
     pub(super) pages: HashMap<u64, Added>,
-    /// How many handles an activity reads a symbol by: by page, row and activity.
-    pub(super) reading: HashMap<(u64, usize, u32), usize>,
+    pub(super) grants: Grants,
 }
 
 /// A symbol that was added; dropped in this order.
@@ -103,6 +104,21 @@ impl State {
         })
     }
 
+    /// Takes back what an activity has, and lets the directory show that.
+    pub(super) fn release(&mut self, activity: &mut End) {
+        if !access::release(activity) {
+            return;
+        }
+        for (row, held) in self.grants.take_back() {
+            match held {
+                Held::Writer => self.directory.set_taken(row, false),
+                Held::Reader(_) if self.grants.has(row, held) => {}
+                Held::Reader(activity) => self.directory.remove_reader(row, activity),
+            }
+        }
+        self.publish();
+    }
+
     /// The page of an added symbol; none of a declared one.
     pub(super) fn page_of(&self, row: RowId) -> Option<Arc<Page>> {
         let added = self.pages.get(&self.directory.page(row));
@@ -110,43 +126,16 @@ impl State {
     }
 }
 
-/// What a handle was acquired for.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Held {
-    Writer,
-    /// The activity's number.
-    Reader(u32),
-}
-
 /// Releases a symbol when it is dropped; its fields are dropped in this order.
 pub(super) struct Hold {
-    pub(super) row: RowId,
-    /// The number of the page, by which a row is told from one that came into its place.
-    pub(super) number: u64,
-    pub(super) held: Held,
+    /// The activity's end of the run by which it was acquired.
+    pub(super) activity: End,
     pub(super) _page: Option<Arc<Page>>,
     pub(super) shared: Arc<Shared>,
 }
 
 impl Drop for Hold {
     fn drop(&mut self) {
-        let mut state = self.shared.lock();
-        if !state.directory.is_on(self.row, self.number) {
-            return;
-        }
-        match self.held {
-            Held::Writer => state.directory.set_taken(self.row, false),
-            Held::Reader(activity) => {
-                let key = (self.number, self.row.index(), activity);
-                let left = state.reading.get(&key).map_or(0, |count| count - 1);
-                if left > 0 {
-                    state.reading.insert(key, left);
-                    return;
-                }
-                state.reading.remove(&key);
-                state.directory.remove_reader(self.row, activity);
-            }
-        }
-        state.publish();
+        self.shared.lock().release(&mut self.activity);
     }
 }

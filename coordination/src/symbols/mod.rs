@@ -7,9 +7,9 @@
 //! [built](TableBuilder::build), then owners take their [`Writer`] and others look up a [`Reader`].
 //! [`SymbolTable::seal`] ends it.
 //!
-//! **Acquire and release.** The writer of a symbol is acquired by its owner and released when it is dropped; then it can be acquired
-//! again. A reader acquires and releases too, and the directory shows who reads now. Here the owner of what is acquired is the table,
-//! which answers at once, so that no protocol is needed as between [machines](crate::acquire_release).
+//! **Acquire and release.** Every handle is a run of that [pattern](crate::acquire_release), whose owner is the table: it grants the one writer
+//! of a symbol to its owner, or refuses it while it is held, and grants readers to all who ask. Dropping a handle releases it; removing
+//! a symbol takes it from all who have it. The directory shows who reads now.
 //!
 //! **While the robot runs**, a thread that is not a real-time one can [add](SymbolTable::add) symbols and
 //! [remove](SymbolTable::remove) them, also after the table was sealed: seal fixes who uses the declared symbols, which is all that
@@ -60,6 +60,7 @@
 //! # Ok::<(), coordination::symbols::SymbolError>(())
 //! ```
 
+mod access;
 mod blackboard;
 mod datatype;
 mod directory;

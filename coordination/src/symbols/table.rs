@@ -4,14 +4,16 @@ use std::collections::HashMap;
 use std::fmt;
 use std::sync::{Arc, Mutex};
 
+use super::access::{Grants, Held};
 use super::blackboard::{Adder, Blackboard, failed};
 use super::directory::{DECLARED, DIRECTORY_KEY, Directory, RowId};
 use super::entry::{Reader, Writer};
-use super::held::{Added, Held, Hold, Memory, Shared, State};
+use super::held::{Added, Hold, Memory, Shared, State};
 use super::owner::Owner;
 use super::page::Page;
 use super::sweep::Removed;
 use super::{Datatype, Namespace, Stamped, SymbolError, SymbolInfo};
+use crate::protocol::End;
 
 /// Collects the declarations of the owners; the first phase of start-up.
 pub struct TableBuilder {
@@ -92,7 +94,7 @@ impl TableBuilder {
             sealed: false,
             last_page: DECLARED,
             pages: HashMap::new(),
-            reading: HashMap::new(),
+            grants: Grants::default(),
         };
         let table = SymbolTable {
             shared: Arc::new(Shared {
@@ -131,32 +133,40 @@ impl SymbolTable {
         let mut state = self.shared.lock();
         let row = state.look_up::<T>(owner, model)?;
         state.check_owner::<T>(row, owner, model)?;
-        if state.directory.is_taken(row) {
-            return Err(SymbolError::WriterTaken {
-                owner: owner.into(),
-                datatype: T::NAME.into(),
-                model: model.into(),
-            });
-        }
-        self.take_writer(&mut state, row)
+        self.take_writer(&mut state, row, owner, model)
     }
 
     fn take_writer<T: Datatype>(
         &self,
         state: &mut State,
         row: RowId,
+        owner: &str,
+        model: &str,
     ) -> Result<Writer<T>, SymbolError> {
+        let granted = state.grants.acquire(row, Held::Writer);
+        let mut activity = granted.ok_or_else(|| SymbolError::WriterTaken {
+            owner: owner.into(),
+            datatype: T::NAME.into(),
+            model: model.into(),
+        })?;
         let memory = &self.shared.memory;
         let page = state.page_of(row);
         let handle = match &page {
-            Some(page) => page.value_mut::<T>(&memory.owner.run)?,
+            Some(page) => page.value_mut::<T>(&memory.owner.run),
             None => { memory.port.entry::<Stamped<T>>(&row.key()) }
-                .map_err(failed(&memory.owner.run, "open a symbol for writing"))?,
+                .map_err(failed(&memory.owner.run, "open a symbol for writing")),
         };
-        state.directory.set_taken(row, true);
-        state.publish();
-        let hold = self.hold(state, row, page, Held::Writer);
-        Ok(Writer::new(handle, Box::new(hold)))
+        match handle {
+            Ok(handle) => {
+                state.directory.set_taken(row, true);
+                state.publish();
+                Ok(Writer::new(handle, self.hold(activity, page)))
+            }
+            Err(error) => {
+                state.release(&mut activity);
+                Err(error)
+            }
+        }
     }
 
     /// Looks up the symbol (`T`, `model`) for the activity `reader`, and notes it as a reader for as long as it has the handle.
@@ -177,22 +187,19 @@ impl SymbolTable {
                 (handle, None)
             }
         };
-        let activity = state.directory.add_reader(row, reader)?;
-        let number = state.directory.page(row);
-        *{ state.reading.entry((number, row.index(), activity)) }.or_default() += 1;
+        let number = state.directory.add_reader(row, reader)?;
+        let granted = state.grants.acquire(row, Held::Reader(number));
+        let activity = granted.expect("any number read");
         state.publish();
-        let hold = self.hold(&state, row, page, Held::Reader(activity));
-        Ok(Reader::new(handle, presence, Box::new(hold)))
+        Ok(Reader::new(handle, presence, self.hold(activity, page)))
     }
 
-    fn hold(&self, state: &State, row: RowId, page: Option<Arc<Page>>, held: Held) -> Hold {
-        Hold {
-            row,
-            number: state.directory.page(row),
-            held,
+    fn hold(&self, activity: End, page: Option<Arc<Page>>) -> Box<Hold> {
+        Box::new(Hold {
+            activity,
             _page: page,
             shared: Arc::clone(&self.shared),
-        }
+        })
     }
 
     /// Adds the symbol (`T`, `model`) of `owner` to the running table and hands out its writer: at any time, also after
@@ -218,11 +225,12 @@ impl SymbolTable {
         });
         let taken = added.and_then(|added| {
             state.pages.insert(number, added);
-            self.take_writer(&mut state, row)
+            self.take_writer(&mut state, row, owner, model)
         });
         if taken.is_err() {
             state.directory.remove(row);
             state.pages.remove(&number);
+            state.publish();
         }
         taken
     }
@@ -245,8 +253,8 @@ impl SymbolTable {
             });
         };
         state.directory.remove(row);
+        state.grants.revoke(row);
         state.publish();
-        state.reading.retain(|&(page, ..), _| page != number);
         drop(state);
         added.withdraw();
         Ok(())
