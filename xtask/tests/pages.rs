@@ -27,12 +27,12 @@ enum Run {
 }
 use Run::{BesideMediator, ByCi, ByTest, Here, HereWithout, Needs};
 
-const CONTROLS: &str = "hil-tests/rig/tests/stepped/fleets.rs";
-const PROGRAM: &str = "hil-tests/rig/tests/robots/fleets/program.rs";
-const LAPS: &str = "hil-tests/rig/tests/robots/bad_days/laps.rs";
-const OPERATOR: &str = "hil-tests/rig/tests/robots/bad_days/operator.rs";
-const ORDERS: &str = "hil-tests/rig/tests/robots/bad_days/orders.rs";
-const TELEOP: &str = "hil-tests/rig/tests/robots/bad_days/by_hand.rs";
+const CONTROLS: &str = "hil-tests/rig/tests/it/fleets/stepped.rs";
+const PROGRAM: &str = "hil-tests/rig/tests/it/fleets/programs/program.rs";
+const LAPS: &str = "hil-tests/rig/tests/it/laps/programs.rs";
+const OPERATOR: &str = "hil-tests/rig/tests/it/operator/programs.rs";
+const ORDERS: &str = "hil-tests/rig/tests/it/orders/programs.rs";
+const TELEOP: &str = "hil-tests/rig/tests/it/by_hand/programs.rs";
 const HARDWARE: &str = "the robot's own hardware, and an administrator";
 const BOARD: &str = "a robot's own computer, with the package";
 const CROSS: &str = "a Debian with ARM's compiler and emulator, and a quarter of an hour";
@@ -221,7 +221,7 @@ const COMMANDS: &[(&str, Run)] = &[
     (
         "cargo run --bin rig -- devices --robot config/robots/amr-1.toml --ethercat udp:127.0.0.1:34980",
         ByTest {
-            file: "hil-tests/rig/tests/robots/stranger.rs",
+            file: "hil-tests/rig/tests/it/stranger/programs.rs",
             naming: "\"devices\"",
         },
     ),
@@ -365,7 +365,7 @@ const COMMANDS: &[(&str, Run)] = &[
     (
         "cargo run --release --bin rig -- bench",
         ByTest {
-            file: "hil-tests/rig/tests/robots/bench.rs",
+            file: "hil-tests/rig/tests/it/measured/programs.rs",
             naming: "\"bench\"",
         },
     ),
