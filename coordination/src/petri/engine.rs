@@ -27,27 +27,43 @@ pub(super) struct State {
 
 /// The tables of `structure`, and its state in the initial marking. `sources` and `sinks` are in the
 /// order of their places.
+#[inline(always)]
 pub(super) fn compile(
     structure: &Structure,
     sources: &[(PlaceId, EventId)],
     sinks: &[(PlaceId, EventId)],
 ) -> (Layout, State) {
-    let fits = masks::compile(structure, sources, sinks);
-    let blocks = fits
-        .is_none()
-        .then(|| blocks::compile(structure, sources, sinks));
-    let (layout, state) = blocks.map_or((None, None), |(layout, state)| {
-        (Some(Box::new(layout)), Some(Box::new(state)))
-    });
-    let masks = fits.unwrap_or_else(masks::nothing);
+    match masks::compile(structure, sources, sinks) {
+        Some((layout, state)) => (
+            Layout {
+                masks: layout,
+                blocks: None,
+            },
+            State {
+                masks: state,
+                blocks: None,
+            },
+        ),
+        None => in_blocks(structure, sources, sinks),
+    }
+}
+
+#[cold]
+fn in_blocks(
+    structure: &Structure,
+    sources: &[(PlaceId, EventId)],
+    sinks: &[(PlaceId, EventId)],
+) -> (Layout, State) {
+    let masks = masks::nothing();
+    let (layout, state) = blocks::compile(structure, sources, sinks);
     (
         Layout {
             masks: masks.0,
-            blocks: layout,
+            blocks: Some(Box::new(layout)),
         },
         State {
             masks: masks.1,
-            blocks: state,
+            blocks: Some(Box::new(state)),
         },
     )
 }

@@ -18,6 +18,7 @@ use crate::petri::span::{Span, span};
 
 /// The layout of `structure`, and its state in the initial marking; nothing if it does not fit. `sources`
 /// and `sinks` are in the order of their places.
+#[inline(always)]
 pub(in crate::petri) fn compile(
     structure: &Structure,
     sources: &[(PlaceId, EventId)],
@@ -178,16 +179,17 @@ fn one_word(structure: &Structure) -> (Layout, State) {
     for (place, &is_marked) in structure.marked.iter().enumerate() {
         now.marks |= u64::from(is_marked) << place;
     }
-    let mut users: Box<[Users]> = vec![[[0; 2]; BITS]].into();
+    let mut users: Users = [[0; 2]; BITS];
     let mut rows = empty_rows(structure);
     let all = 0..structure.transition_count();
     add_rows(
         structure,
         all.clone(),
         &mut rows[all],
-        &mut users[0],
+        &mut users,
         PlaceId::index,
     );
+    let users = users[..structure.place_count()].into();
     let layout = Layout {
         rows,
         spots: Box::default(),
@@ -219,9 +221,10 @@ fn several_words(structure: &Structure, cuts: Cuts) -> (Layout, State) {
         }
     }
     let mut rows = empty_rows(structure);
-    let mut users: Vec<Users> = vec![[[0; 2]; BITS]; blocks.len()];
+    let mut all_users = vec![[0; 2]; BITS * blocks.len()];
     let mut neighbours = vec![[0; 2]; shared.count_ones() as usize];
-    for ((number, state), users) in states.iter_mut().enumerate().zip(&mut users) {
+    let users = all_users.as_chunks_mut::<BITS>().0;
+    for ((number, state), users) in states.iter_mut().enumerate().zip(users) {
         let block = state.first..state.end;
         let rows = &mut rows[block.clone()];
         add_rows(structure, block, rows, users, |place| {
@@ -241,7 +244,7 @@ fn several_words(structure: &Structure, cuts: Cuts) -> (Layout, State) {
     let layout = Layout {
         rows,
         spots: spots.into(),
-        users: users.into(),
+        users: all_users.into(),
         shared,
         neighbours: neighbours.into(),
         has_ports: false,

@@ -36,7 +36,7 @@ impl Cuts {
             ends[last][1] += 1;
             far += usize::from(last - first >= BITS);
         }
-        let mut block_of = vec![0; transitions];
+        let mut block_of = vec![0_u8; transitions];
         let mut spots = vec![Spot::default(); places];
         let most = BITS.saturating_sub(far);
         // Where processes share something, mostly one more place reaches across each cut.
@@ -57,18 +57,23 @@ impl Cuts {
             for (block, number) in blocks.iter().zip(0..) {
                 block_of[block.clone()].fill(number);
             }
-            let mut own = [0_u16; MAX_BLOCKS];
+            // How many each block has of its own; that of the block before is at hand.
+            let (mut own, mut before, mut count) = ([0_usize; MAX_BLOCKS], 0_u8, 0_usize);
             let mut shared = 0;
             for (spot, user) in spots.iter_mut().zip(&structure.uses) {
                 let [first, last] = user.transitions().map(|transition| block_of[transition]);
                 // Where all places fit into a word, that is the word of all.
                 *spot = if first == last && places > BITS {
-                    let own = &mut own[usize::from(first) % MAX_BLOCKS];
-                    *own += 1;
+                    if first != before {
+                        own[before as usize % MAX_BLOCKS] = count;
+                        count = own[first as usize % MAX_BLOCKS];
+                        before = first;
+                    }
+                    count += 1;
                     Spot {
                         block: first,
                         // Too many do not fit: the largest is looked at below.
-                        bit: (*own - 1) as u8,
+                        bit: (count - 1) as u8,
                     }
                 } else {
                     shared += 1;
@@ -81,9 +86,10 @@ impl Cuts {
                     }
                 };
             }
+            own[before as usize % MAX_BLOCKS] = count;
             let shared = usize::from(shared);
             let largest = own.iter().max().copied().unwrap_or_default();
-            if usize::from(largest) + shared <= BITS {
+            if largest + shared <= BITS {
                 return Some(Self {
                     blocks,
                     spots,

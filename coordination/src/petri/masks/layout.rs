@@ -15,7 +15,6 @@ pub(in crate::petri) const BITS: usize = u64::BITS as usize;
 
 /// What a transition asks of a word, and does to it.
 #[derive(Clone, Copy, Debug, Default)]
-#[repr(align(32))]
 pub(in crate::petri) struct Row {
     /// The places that matter.
     pub(in crate::petri) mask: u64,
@@ -71,8 +70,8 @@ pub(in crate::petri) struct Layout {
     pub(in crate::petri) rows: Box<[Row]>,
     /// By place; empty if the net is one word, whose bits are the places in order.
     pub(in crate::petri) spots: Box<[Spot]>,
-    /// By block.
-    pub(in crate::petri) users: Box<[Users]>,
+    /// Those of all blocks, one behind the other; of a net that is one word only of its places.
+    pub(in crate::petri) users: Box<[[u64; 2]]>,
     /// The bits of the shared places, in the word of every block.
     pub(in crate::petri) shared: u64,
     /// By bit of a shared place, from the highest: the blocks that may have something to do when it is emptied, and

@@ -106,7 +106,7 @@ impl State {
             return;
         }
         let block = usize::from(spot.block);
-        let wakes = layout.users[block][usize::from(spot.bit)][usize::from(is_marked)];
+        let wakes = layout.users[block * BITS + usize::from(spot.bit)][usize::from(is_marked)];
         self.active |= 1 << block;
         let block = if block == self.block {
             &mut self.now
