@@ -9,6 +9,7 @@ use std::io::IsTerminal;
 use libraries::Libraries;
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
 use tracing_subscriber::Layer;
+use tracing_subscriber::filter::DynFilterFn;
 use tracing_subscriber::fmt::layer;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
@@ -28,9 +29,10 @@ pub struct Logging {
 
 impl Logging {
     /// Starts the thread, and has everything that is logged from now on go there: what the variable of this name says, a level or levels
-    /// of crates, or what is logged `by_default`.
+    /// of crates, or what is logged `by_default`. Nothing of a thread that may not log as it is now is looked at, whatever the variable
+    /// says: a line allocates, and waits for others.
     #[must_use]
-    pub fn start(variable: &str, by_default: &Targets) -> Self {
+    pub fn start(variable: &str, by_default: &Targets, may_log: fn() -> bool) -> Self {
         let wanted = std::env::var(variable).ok();
         let asked = wanted.as_deref().map(str::parse::<Targets>);
         let (writer, worker) = NonBlockingBuilder::default()
@@ -55,6 +57,7 @@ impl Logging {
         let _ = tracing_subscriber::registry()
             .with(lines)
             .with(used)
+            .with(DynFilterFn::new(move |_, _| may_log()))
             .try_init();
         if let (Some(wanted), Some(Err(why))) = (wanted, asked) {
             tracing::warn!(

@@ -36,7 +36,7 @@ pub(super) struct Arguments {
 }
 
 pub(super) fn run(arguments: Arguments) -> Result<(), Failure> {
-    let _logging = Logging::start("MEDIATOR_LOG", &logged());
+    let _logging = Logging::start("MEDIATOR_LOG", &logged(), || true);
     let site = load_site(&arguments.site)?;
     let setup = Setup::of(&site).map_err(|error| Failure::Refused(error.to_string()))?;
     let settings = arguments.network.settings(&site.name)?;

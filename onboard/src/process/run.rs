@@ -46,7 +46,7 @@ const JOIN_NS: u64 = 5 * SECOND_NS;
 /// # Errors
 /// [`Failure::Refused`] when nothing was started, [`Failure::Failed`] when a part of it failed while running.
 pub fn run(files: &Files, runtime: &Runtime, without_real_time: bool) -> Result<(), Failure> {
-    let logging = Logging::start("ONBOARD_LOG", &logged());
+    let logging = Logging::start("ONBOARD_LOG", &logged(), || !guard::holds());
     let plan = Plan::load(files)?;
     check_absolute_sleep().map_err(Failure::refused)?;
     if !without_real_time {

@@ -65,7 +65,8 @@ fn check(what: &str, bytes: usize) {
 }
 
 /// Whether the rules hold on this thread.
-fn holds() -> bool {
+#[must_use]
+pub fn holds() -> bool {
     FORBIDDEN.with(|forbidden| forbidden.load(Ordering::Relaxed))
 }
 

@@ -57,6 +57,8 @@ pub const ALLOWED: &[Allowed] = &[
     allowed("read", libc::SYS_read, When::Always),
     // Seldom: what it asks of the lidar.
     allowed("write", libc::SYS_write, When::Device),
+    // What it waits in goes on by this, in the kernel's own hand, when the process was stopped by a signal meanwhile.
+    allowed("restart_syscall", libc::SYS_restart_syscall, When::Always),
     // The time, where the kernel has no page for it.
     allowed("clock_gettime", libc::SYS_clock_gettime, When::Always),
     // The same with times of 64 bits, where that is another call: one number on every such processor, which the crate `libc` does not

@@ -10,7 +10,7 @@ use rig::process::robot::SUBCOMMAND;
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
 use tempfile::TempDir;
 
-use crate::programs::bench::{RIG, ROBOT, shipped};
+use crate::programs::bench::{GUARDS, RIG, ROBOT, shipped};
 use crate::programs::late::once_more_if_late;
 use crate::programs::turn::Turn;
 
@@ -41,8 +41,7 @@ impl Lap {
             .arg("--out")
             .arg(folder.path().join("out"))
             .env("TMPDIR", folder.path())
-            .env("ONBOARD_ALLOC_GUARD", "1")
-            .env("ONBOARD_SYSTEM_CALL_GUARD", "1")
+            .envs(GUARDS.map(|guard| (guard, "1")))
             .stdin(Stdio::null())
             .stdout(log.try_clone().expect("cloned"))
             .stderr(log)

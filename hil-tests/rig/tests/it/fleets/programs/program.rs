@@ -9,6 +9,7 @@ use rustix::process::{Pid, Signal, kill_process, test_kill_process};
 use serde_json::Value as Json;
 use tempfile::TempDir;
 
+use crate::programs::bench::GUARDS;
 use crate::programs::fleet::{CONFIG, RIG};
 use crate::programs::late::{note_violations, once_more_if_late};
 use crate::programs::turn::Turn;
@@ -35,8 +36,7 @@ impl Program {
             .args(["--headless", "--seed", "5", "--out"])
             .arg(folder.path().join("out"))
             .env("TMPDIR", folder.path())
-            .env("ONBOARD_ALLOC_GUARD", "1")
-            .env("ONBOARD_SYSTEM_CALL_GUARD", "1")
+            .envs(GUARDS.map(|guard| (guard, "1")))
             .stdin(Stdio::null())
             .stdout(log.try_clone().expect("cloned"))
             .stderr(log)
