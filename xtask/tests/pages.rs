@@ -130,6 +130,7 @@ const COMMANDS: &[(&str, Run)] = &[
         },
     ),
     ("cargo test --workspace", ByCi),
+    ("cargo test --workspace stepped:: -- --ignored", ByCi),
     (
         "cargo run --bin rig -- docking",
         ByTest {

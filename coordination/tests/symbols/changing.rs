@@ -3,6 +3,7 @@
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::thread;
+use std::time::Duration;
 
 use bytemuck::Zeroable;
 use coordination::symbols::{
@@ -182,6 +183,9 @@ fn bounds_are_told() {
     assert_eq!(table.directory().len(), 127);
 }
 
+/// Every so often who reads and writes leaves the processor to others for a moment.
+const BREATH: u64 = 1_000;
+
 #[test]
 fn readers_run_on_while_a_thousand_symbols_come_and_go() {
     let room = Room::new();
@@ -210,7 +214,9 @@ fn readers_run_on_while_a_thousand_symbols_come_and_go() {
                 assert_eq!(read.value.left_rad, read.stamp_ns as f64);
                 assert!(read.stamp_ns >= last && !reader.is_removed());
                 last = read.stamp_ns;
-                reads.fetch_add(1, Ordering::Relaxed);
+                if reads.fetch_add(1, Ordering::Relaxed) % BREATH == 0 {
+                    thread::sleep(Duration::from_micros(100));
+                }
             }
             assert!(last > 0);
         }));
@@ -221,6 +227,9 @@ fn readers_run_on_while_a_thousand_symbols_come_and_go() {
             drive.write(stamp_ns, &both(stamp_ns as f64));
             if writing.load(Ordering::Relaxed) {
                 break;
+            }
+            if stamp_ns % BREATH == 0 {
+                thread::sleep(Duration::from_micros(100));
             }
         }
     }));

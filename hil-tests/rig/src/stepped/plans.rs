@@ -45,7 +45,7 @@ impl Plans {
                 .collect::<Result<_, Failure>>()?,
             mediator: managed.then(|| mediator_plan(scenario)).transpose()?,
             managed,
-            folder: Folder::new()?,
+            folder: Folder::in_memory()?,
             _janitor: None,
         })
     }

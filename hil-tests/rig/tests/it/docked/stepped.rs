@@ -3,7 +3,7 @@
 use rig::scenario::{Scenario, ScriptedFault};
 use rig::summary::{RobotSummary, Summary};
 
-use crate::stepped::{ended, plans};
+use crate::stepped::{ended, plans, without_faults};
 
 /// After entering the dock a robot stands before its wall by then.
 const STANDS_S: f64 = 12.0;
@@ -29,7 +29,7 @@ fn raised(robot: &RobotSummary, fault: &str) -> u64 {
 #[test]
 fn a_robot_that_starts_again_in_the_dock_asks_for_what_it_cannot_know() {
     let docking = crate::stepped::scenario("docking").with_at_most(1);
-    let before = run(docking.clone(), &[], 1);
+    let before = without_faults(&docking, 3);
     assert!(before.passed(), "{}", before.reason());
     let dock = { before.areas.iter() }.find(|area| area.id == "dock");
     for (number, robot) in before.robots.iter().enumerate() {
@@ -48,7 +48,12 @@ fn a_robot_that_starts_again_in_the_dock_asks_for_what_it_cannot_know() {
             ];
             (faults, (0, 0, 1))
         };
-        let summary = run(docking.clone(), &faults, 1);
+        // The others come to the dock once, and do not drive on.
+        let mut docking = docking.clone();
+        for player in docking.robots.iter_mut().filter(|own| own.id != robot.id) {
+            player.goal.limit_rounds(0);
+        }
+        let summary = run(docking, &faults, 3);
         let own = &summary.robots[number];
         let what = format!("{}: {:?}", robot.id, own.faults);
         assert!(summary.passed(), "{what}: {}", summary.reason());

@@ -6,7 +6,7 @@ use rig::stepped::faults::drawn;
 use rig::summary::Summary;
 use rig::violation::ViolationKind;
 
-use crate::stepped::{json, plans};
+use crate::stepped::{json, plans, without_faults};
 
 fn overtaking() -> Scenario {
     crate::stepped::scenario("overtaking")
@@ -76,6 +76,7 @@ fn a_link_that_carries_one_way_is_no_link() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn the_fleet_bears_what_goes_wrong_with_messages_and_processes() {
     goes_on(&overtaking(), |kind| {
         kind.needs_mediator() || PROCESSES.contains(&kind)
@@ -113,14 +114,15 @@ const UNNOTICED: [ScriptedKind; 4] = [
 
 /// Each of these kinds alone, while the first robot is on its way, in a fleet into the lay-by: all come through, and not as without it.
 fn goes_on(scenario: &Scenario, concerns: impl Fn(ScriptedKind) -> bool) {
-    let without = ended(scenario, 3);
+    let without = without_faults(scenario, 3);
     let starts_without = without.mediator.as_ref().map(|own| own.starts);
     let without = json(&without);
     let kinds = ScriptedKind::DRAWN.into_iter().chain(ScriptedKind::BORNE);
+    let plans = plans(scenario);
     for what in kinds.filter(|kind| concerns(*kind)) {
         let mut scenario = scenario.clone();
         scenario.faults = vec![fault(what)];
-        let summary = ended(&scenario, 3);
+        let summary = ended_with(&scenario, &plans, 3);
         assert!(summary.passed(), "{what:?}: {summary:?}");
         let noticed = json(&summary) != without;
         assert_ne!(noticed, UNNOTICED.contains(&what), "{what:?}");
@@ -228,35 +230,33 @@ fn faults_are_drawn_for_as_long_as_the_scenario_says() {
     );
 }
 
+/// A robot's one way and the mediator's the other, which is harder on leases than one alone.
 #[test]
 fn clocks_that_run_slow_or_fast_hinder_nobody() {
-    for robot in [Some("amr-1"), None] {
-        for share in [-0.01, 0.01] {
-            let mut scenario = overtaking();
-            scenario.faults = vec![ScriptedFault {
-                at_s: 5.0,
-                for_s: 60.0,
-                robot: robot.map(str::to_owned),
-                share: Some(share),
-                ..fault(ScriptedKind::Drift)
-            }];
-            let summary = ended(&scenario, 3);
-            assert!(summary.passed(), "{robot:?} {share}: {summary:?}");
-        }
+    for share in [-0.01, 0.01] {
+        let drifts = |robot: Option<&str>, share| ScriptedFault {
+            at_s: 5.0,
+            for_s: 60.0,
+            robot: robot.map(str::to_owned),
+            share: Some(share),
+            ..fault(ScriptedKind::Drift)
+        };
+        let mut scenario = overtaking();
+        scenario.faults = vec![drifts(Some("amr-1"), share), drifts(None, -share)];
+        let summary = ended(&scenario, 3);
+        assert!(summary.passed(), "{share}: {summary:?}");
     }
 }
 
 #[test]
 fn late_communication_delays_what_a_robot_says() {
     let mut scenario = overtaking();
-    let asked_s = |scenario: &Scenario| -> Vec<f64> {
-        let summary = ended(scenario, 3);
+    let asked_s = |summary: Summary| -> Vec<f64> {
         assert!(summary.passed(), "{summary:?}");
         let own = summary.areas.iter().flat_map(|area| &area.owners);
         let own = own.filter(|own| own.robot == "amr-1");
         own.filter_map(|own| own.released_s).collect()
     };
-    let punctual = asked_s(&scenario);
     scenario.faults = vec![ScriptedFault {
         at_s: 5.0,
         for_s: 40.0,
@@ -265,13 +265,14 @@ fn late_communication_delays_what_a_robot_says() {
         thread: Some("communication".to_owned()),
         ..fault(ScriptedKind::LateThreads)
     }];
-    assert_ne!(asked_s(&scenario), punctual);
+    let late = asked_s(ended(&scenario, 3));
+    assert_ne!(late, asked_s(without_faults(&overtaking(), 3)));
 }
 
 #[test]
 fn a_robot_whose_communication_hangs_stops_for_it_until_a_reset() {
     let mut scenario = overtaking();
-    let without = ended(&scenario, 3);
+    let without = without_faults(&scenario, 3);
     for robot in &without.robots {
         let cycles = robot.threads["communication"]["cycles"].as_u64();
         assert!(cycles > Some(1000), "{}: {cycles:?} cycles", robot.id);
@@ -293,8 +294,6 @@ fn a_run_with_faults_is_the_same_for_the_same_seed() {
         scenario.faults = drawn(&scenario, seed);
         let one = ended(&scenario, seed);
         assert_eq!(json(&one), json(&ended(&scenario, seed)), "seed {seed}");
-        scenario.faults.clear();
-        assert_ne!(json(&one), json(&ended(&scenario, seed)), "seed {seed}");
     }
 }
 

@@ -3,7 +3,7 @@
 use rig::run::Ending;
 use rig::scenario::Scenario;
 
-use crate::stepped::{ended, json, plans};
+use crate::stepped::{ended, json, plans, without_faults};
 
 fn scenario(name: &str) -> Scenario {
     crate::stepped::scenario(name).with_at_most(1)
@@ -13,7 +13,7 @@ fn scenario(name: &str) -> Scenario {
 fn every_scenario_with_a_mediator_comes_to_its_end() {
     for name in ["overtaking", "docking", "t-junction"] {
         let scenario = scenario(name);
-        let (_, summary) = ended(&scenario, &plans(&scenario), 5);
+        let summary = without_faults(&scenario, 3);
         assert!(summary.passed(), "{name}: {summary:?}");
         assert!(summary.grants.count > 3, "{name}: {summary:?}");
         for robot in &summary.robots {
@@ -26,9 +26,9 @@ fn every_scenario_with_a_mediator_comes_to_its_end() {
 fn the_same_seed_gives_the_same_run() {
     let scenario = scenario("overtaking");
     let plans = plans(&scenario);
-    let [one, again] = [7, 7].map(|seed| ended(&scenario, &plans, seed).1);
-    assert_eq!(json(&one), json(&again));
-    assert_ne!(json(&one), json(&ended(&scenario, &plans, 8).1));
+    let [again, other] = [3, 8].map(|seed| ended(&scenario, &plans, seed).1);
+    assert_eq!(json(&without_faults(&scenario, 3)), json(&again));
+    assert_ne!(json(&other), json(&again));
 }
 
 #[test]
@@ -50,7 +50,7 @@ fn without_the_mediator_all_stand_before_their_first_border() {
 #[test]
 fn without_nets_nobody_overtakes() {
     let mut scenario = scenario("overtaking");
-    scenario.patience_s = 100.0;
+    scenario.patience_s = 60.0;
     let (ending, summary) = ended(&scenario, &plans(&scenario).without_nets(), 5);
     assert_eq!(ending, Ending::TooSlow);
     assert!(summary.coordinations.is_empty() && summary.violations.is_empty());

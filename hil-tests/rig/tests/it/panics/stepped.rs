@@ -73,9 +73,9 @@ fn a_robot_does_not_stop_for_the_panic_of_another_one_in_the_same_process() {
 #[test]
 fn a_robot_that_is_started_again_after_a_panic_waits_for_an_operator() {
     for thread in ["navigation", "supervisor"] {
-        let mut scenario = crate::stepped::scenario("overtaking");
+        let mut scenario = crate::stepped::scenario("lap").with_at_most(1);
         scenario.faults = vec![ScriptedFault {
-            at_s: 24.0,
+            at_s: 12.0,
             for_s: 4.0,
             what: ScriptedKind::Panic,
             robot: Some("amr-1".to_owned()),

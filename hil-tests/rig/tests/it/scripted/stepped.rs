@@ -3,39 +3,22 @@
 //! Each test says what happens, and that it does not happen without the fault. Nothing that is unsafe does; where a fleet does not
 //! come through, the test is to be turned round when it does.
 
-use std::collections::BTreeMap;
-use std::sync::atomic::AtomicBool;
-use std::sync::{Arc, Mutex, OnceLock};
-
-use rig::run::{Run, look_on, record};
 use rig::scenario::{Scenario, ScriptedFault};
-use rig::stepped::Stepped;
 use rig::summary::Summary;
 
-use crate::stepped::{ended, plans};
+use crate::stepped::{ended, plans, watched, without_faults};
 
 /// One run with this fault, and one without.
 fn with_and_without(mut scenario: Scenario, fault: &str, seed: u64) -> [Summary; 2] {
-    let fault: ScriptedFault = toml::from_str(&fault.replace("; ", "\n")).expect("a fault");
     let without = without_faults(&scenario, seed);
-    scenario.faults = vec![fault];
-    [ended(&scenario, &plans(&scenario), seed).1, without]
+    [with(&mut scenario, fault, seed), without]
 }
 
-/// The run of a scenario without faults, made once for all tests that compare with it.
-fn without_faults(scenario: &Scenario, seed: u64) -> Summary {
-    type Runs = BTreeMap<(String, u64), Arc<OnceLock<Summary>>>;
-    static RUNS: Mutex<Runs> = Mutex::new(Runs::new());
-    // All that decides a run.
-    let key = (format!("{scenario:?}"), seed);
-    let run = Arc::clone(
-        RUNS.lock()
-            .expect("no test holds it")
-            .entry(key)
-            .or_default(),
-    );
-    let run = run.get_or_init(|| ended(scenario, &plans(scenario), seed).1);
-    run.clone()
+/// A run with this fault.
+fn with(scenario: &mut Scenario, fault: &str, seed: u64) -> Summary {
+    let fault: ScriptedFault = toml::from_str(&fault.replace("; ", "\n")).expect("a fault");
+    scenario.faults = vec![fault];
+    ended(scenario, &plans(scenario), seed).1
 }
 
 /// Three robots that meet, for a while.
@@ -76,13 +59,9 @@ fn a_mediator_that_two_faults_keep_down_starts_when_the_longer_one_is_over() {
     let killed = fault("at_s = 20.0; for_s = 4.0; what = \"kill-mediator\"");
     let rebooted = fault("at_s = 22.0; for_s = 8.0; what = \"reboot-mediator\"");
     scenario.faults = vec![killed, rebooted];
-    let (plans, scenario) = (plans(&scenario), &scenario);
-    let stepped = Stepped::new(scenario, &plans, 3, true, false);
-    let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
-    let mut run = Run::new(scenario.clone(), stepped, 3);
-    let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
-    run.stop();
-    let spans = record(&run, &ending).mediator;
+    let spans = watched(&scenario, &scenario, &plans(&scenario), 3, 35.0)
+        .1
+        .mediator;
     let [first, second] = &spans[..] else {
         panic!("{spans:?}");
     };
@@ -103,13 +82,7 @@ fn a_mediator_that_ends_again_and_again_while_it_writes_lets_nobody_in_uninvited
             .faults
             .push(toml::from_str(&fault).expect("a fault"));
     }
-    let plans = plans(&scenario);
-    let stepped = Stepped::new(&scenario, &plans, 2, true, false);
-    let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
-    let mut run = Run::new(scenario.clone(), stepped, 2);
-    let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
-    run.stop();
-    let record = record(&run, &ending);
+    let record = watched(&scenario, &scenario, &plans(&scenario), 2, f64::INFINITY).1;
     assert!(record.summary.passed(), "{:?}", record.summary);
     let ends: Vec<f64> = record.mediator.iter().map(|span| span.to_s).collect();
     assert_eq!(ends.len(), 21, "{ends:?}");
@@ -160,7 +133,7 @@ fn a_mediator_without_its_journal_lets_nobody_in_before_it_has_heard_where_every
 #[test]
 fn robots_stay_with_their_mediator_beside_a_second_one_and_say_so() {
     let fault = "at_s = 10.0; for_s = 6.0; what = \"second-mediator\"";
-    let [with, _] = with_and_without(junction(), fault, 1);
+    let with = with(&mut junction(), fault, 1);
     assert_eq!(with.violations, [], "{with:?}");
     assert_eq!(raised(&with, "second-mediator"), 1, "{with:?}");
     assert_eq!(raised(&with, "mediator-silent"), 0, "{with:?}");
@@ -188,7 +161,7 @@ fn robots_follow_one_mediator_at_a_time_beside_a_copy_of_theirs() {
         let fault = format!("at_s = {at_s:?}; for_s = {for_s:?}; what = \"copied-mediator\"");
         let mut scenario = junction();
         scenario.patience_s = 600.0;
-        let [with, _] = with_and_without(scenario, &fault, 1);
+        let with = with(&mut scenario, &fault, 1);
         assert!(with.passed(), "{fault}: {with:?}");
     }
 }
@@ -196,10 +169,12 @@ fn robots_follow_one_mediator_at_a_time_beside_a_copy_of_theirs() {
 #[test]
 fn a_mediator_with_an_older_journal_hinders_the_overtaking_that_it_forgot() {
     let mut scenario = crate::stepped::scenario("overtaking");
+    let without = without_faults(&scenario, 3);
+    assert!(without.passed() && without.duration_s < 80.0, "{without:?}");
+    // As long again, behind the fault.
     scenario.patience_s = 80.0;
     let fault = "at_s = 24.0; for_s = 4.0; what = \"restore-journal\"";
-    let [with, without] = with_and_without(scenario, fault, 3);
-    assert!(without.passed(), "{without:?}");
+    let with = with(&mut scenario, fault, 3);
     // Safe, and of no use: until it is broken off, both robots wait for each other.
     assert!(!with.is_done() && with.violations.is_empty(), "{with:?}");
     assert_eq!(with.mediator.expect("a mediator").starts, 2);
@@ -211,10 +186,12 @@ fn a_mediator_with_an_older_journal_hinders_the_overtaking_that_it_forgot() {
 #[test]
 fn a_coordination_that_an_operator_ends_leaves_robots_that_go_on_by_themselves() {
     let mut scenario = crate::stepped::scenario("overtaking");
-    scenario.patience_s = 120.0;
-    let fault = "at_s = 35.0; for_s = 1.0; what = \"end-coordination\"";
-    let [with, without] = with_and_without(scenario, fault, 3);
+    let without = without_faults(&scenario, 3);
     assert!(without.passed(), "{without:?}");
+    // It never comes to the end of the coordination that its goal asks for.
+    scenario.patience_s = 60.0;
+    let fault = "at_s = 35.0; for_s = 1.0; what = \"end-coordination\"";
+    let with = with(&mut scenario, fault, 3);
     assert_eq!(with.violations, [], "{with:?}");
     let first = |summary: &Summary| summary.coordinations[0].duration_s.expect("it is over");
     assert!(first(&with) < first(&without), "{with:?}");
@@ -330,19 +307,20 @@ fn what_an_operator_clears_no_robot_enters_behind_a_broken_link() {
 fn nobody_is_let_into_an_area_while_it_is_closed_and_all_go_on_when_it_is_open() {
     for name in ["overtaking", "docking", "t-junction"] {
         let mut scenario = crate::stepped::scenario(name).with_at_most(1);
-        let plans = plans(&scenario);
-        let granted = |scenario: &Scenario| -> Vec<f64> {
-            let summary = ended(scenario, &plans, 3).1;
+        let granted = |summary: Summary| -> Vec<f64> {
             assert!(summary.passed(), "{name}: {summary:?}");
             let owners = summary.areas.iter().flat_map(|area| &area.owners);
             // Before and after the operator has done all of it.
             let closed = owners.map(|own| own.granted_s - 20.5);
             closed.filter(|at_s| (0.0..30.0).contains(at_s)).collect()
         };
-        assert!(granted(&scenario).len() > 2, "{name}");
-        let fault = "at_s = 20.0\nfor_s = 30.5\nwhat = \"close-areas\"";
-        scenario.faults = vec![toml::from_str(fault).expect("a fault")];
-        assert_eq!(granted(&scenario), Vec::<f64>::new(), "{name}");
+        assert!(granted(without_faults(&scenario, 3)).len() > 2, "{name}");
+        let fault = "at_s = 20.0; for_s = 30.5; what = \"close-areas\"";
+        assert_eq!(
+            granted(with(&mut scenario, fault, 3)),
+            Vec::<f64>::new(),
+            "{name}"
+        );
     }
 }
 

@@ -125,7 +125,7 @@ impl Bench {
         let now_ns = 1000 * MILLISECOND_NS;
         world.lock().advance_to(now_ns);
         let devices = Devices::new(&world, &plan, now_ns).expect("devices");
-        let folder = Folder::new().expect("a folder");
+        let folder = Folder::in_memory().expect("a folder");
         let checkpoints = Checkpoints::default();
         let start = Start {
             fleet,
@@ -165,7 +165,7 @@ impl Bench {
             ahead_ns: 0.0,
             checkpoints: self.checkpoints.clone(),
         };
-        let folder = Folder::new().expect("a folder");
+        let folder = Folder::in_memory().expect("a folder");
         let robot = SteppedRobot::new(&self.plan, &self.files, folder.path(), &self.devices, start);
         self.robot = robot.unwrap_or_else(|failure| panic!("{failure:?}"));
         self._folder = folder;

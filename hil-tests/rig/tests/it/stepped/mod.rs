@@ -2,10 +2,12 @@
 
 pub mod bench;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use std::sync::atomic::AtomicBool;
+use std::sync::{Arc, Mutex, OnceLock};
 
-use rig::run::{Ending, Run, look_on, record};
+use rig::record::Record;
+use rig::run::{Ending, Execution, Run, record};
 use rig::scenario::{Changes, Scenario, load};
 use rig::stepped::{Plans, Stepped};
 use rig::summary::Summary;
@@ -31,13 +33,49 @@ pub fn plans(scenario: &Scenario) -> Plans {
 
 /// One run: how it ended, and its summary.
 pub fn ended(scenario: &Scenario, plans: &Plans, seed: u64) -> (Ending, Summary) {
-    let stepped = Stepped::new(scenario, plans, seed, true, false);
+    let (ending, record) = watched(scenario, scenario, plans, seed, f64::INFINITY);
+    (ending, record.summary)
+}
+
+/// A run of what is `driven`, which the judge of another scenario looks at, to its end, or to this time.
+pub fn watched(
+    told: &Scenario,
+    driven: &Scenario,
+    plans: &Plans,
+    seed: u64,
+    to_s: f64,
+) -> (Ending, Record) {
+    let stepped = Stepped::new(driven, plans, seed, true, false);
     let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
-    let mut run = Run::new(scenario.clone(), stepped, seed);
-    let ending = look_on(&mut run, true, &AtomicBool::new(false)).expect("it runs");
+    let mut run = Run::new(told.clone(), stepped, seed);
+    let ending = loop {
+        if let Some(ending) = run.step().expect("it runs") {
+            break ending;
+        }
+        if run.stage.seconds(run.stage.now_ns()) >= to_s {
+            break Ending::Interrupted;
+        }
+    };
     run.stop();
-    let summary = record(&run, &ending).summary;
-    (ending, summary)
+    let record = record(&run, &ending);
+    (ending, record)
+}
+
+/// The run of a scenario without faults, made once for all tests that compare with it.
+pub fn without_faults(scenario: &Scenario, seed: u64) -> Summary {
+    type Runs = BTreeMap<(String, u64), Arc<OnceLock<Summary>>>;
+    static RUNS: Mutex<Runs> = Mutex::new(Runs::new());
+    assert_eq!(scenario.faults, []);
+    // All that decides a run.
+    let key = (format!("{scenario:?}"), seed);
+    let run = Arc::clone(
+        RUNS.lock()
+            .expect("no test holds it")
+            .entry(key)
+            .or_default(),
+    );
+    let run = run.get_or_init(|| ended(scenario, &plans(scenario), seed).1);
+    run.clone()
 }
 
 /// The same in JSON, to be compared.
