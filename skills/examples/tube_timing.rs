@@ -13,7 +13,7 @@ use description::site::{Lane, Site, Wall};
 use skills::history::OdometryHistory;
 use skills::map::SemanticMap;
 use skills::perception::corridor::CorridorTracker;
-use skills::perception::line::LineFitter;
+use skills::perception::line::{LineFitter, ScanPoints};
 use skills::scan::{AlignedScan, ScanGeometry};
 use skills::tubes::{
     BruteForce, KnownRanges, MotionTubes, StopRules, Surroundings, TubeId, TubeSet,
@@ -219,9 +219,14 @@ fn measure_scan() -> Result<(), Box<dyn std::error::Error>> {
     let mut fitter = LineFitter::new(geometry.beams, gains);
     tracker.start(lane, Pose2::IDENTITY, 0.1, 0.1);
     let points: Vec<Point2> = scene.scan.hits().collect();
+    let seen = ScanPoints {
+        points: &points,
+        eye: geometry.mount.position(),
+        sight_m: geometry.range_max_m,
+    };
     let fit = times(2_000, || {
         timed(|| {
-            black_box(tracker.observe(&mut fitter, black_box(&points), lane, 9.0));
+            black_box(tracker.observe(&mut fitter, black_box(seen), lane, 9.0));
         })
     });
     fit.show("corridor fit: both walls");

@@ -7,11 +7,12 @@ use super::output::{EventList, NavigationInput, NavigationOutput, PoseCheck};
 use super::state::{Navigator, end_wall};
 use crate::localisation::{PoseFilter, ScanVerdict};
 use crate::perception::WallFit;
+use crate::perception::line::ScanPoints;
 use crate::scan::AlignedScan;
 use crate::tubes::Room;
 use coordination::event::EventId;
 use coordination::fsm::StateId;
-use description::geometry::{Pose2, Segment};
+use description::geometry::{Point2, Pose2, Segment};
 use std::f64::consts::FRAC_PI_2;
 
 /// No step is longer than this, whatever the clock says.
@@ -165,36 +166,43 @@ impl Navigator {
         self.points.clear();
         let to_now = since.transformation();
         self.points.extend(scan.hits().take(room).map(to_now));
-        self.see(scan, since);
+        let eye = since.compose(scan.geometry().mount).position();
+        self.see(scan, since, eye);
     }
 
     /// Looks for the schedule's features and corrects the pose by those that it tracks: by all walls in view, or else by
     /// those of corridor and lane end. The same points never correct twice.
-    fn see(&mut self, scan: &AlignedScan, since: Pose2) {
+    fn see(&mut self, scan: &AlignedScan, since: Pose2, eye: Point2) {
         let tracks = self.schedule_now().tracks;
         if tracks.walls {
             let outcome = self.pose.see_walls(&mut self.matcher, scan, since);
             self.check = Some(outcome.into());
         }
         let mut best = ScanVerdict::Blind;
-        self.see_corridor(&mut best, tracks.corridor && !tracks.walls);
-        self.see_lane_end(&mut best, tracks.lane_end && !tracks.walls);
+        let sight_m = scan.geometry().range_max_m;
+        self.see_corridor(&mut best, eye, sight_m, tracks.corridor && !tracks.walls);
+        self.see_lane_end(&mut best, eye, sight_m, tracks.lane_end && !tracks.walls);
         if !tracks.walls && (tracks.corridor || tracks.lane_end) {
             self.pose.scan_done(best);
             self.check = Some(PoseCheck::of(best));
         }
     }
 
-    fn see_corridor(&mut self, best: &mut ScanVerdict, corrects: bool) {
+    fn see_corridor(&mut self, best: &mut ScanVerdict, eye: Point2, sight_m: f64, corrects: bool) {
         let schedule = &self.schedules[self.machine.state().index()];
         let Some(lane) = schedule.lane.filter(|_| schedule.features.corridor) else {
             return;
         };
         let lane = &self.map.lanes()[lane];
         let along_m = lane.line.along_m(self.pose.pose().position());
+        let points = ScanPoints {
+            points: &self.points,
+            eye,
+            sight_m,
+        };
         let walls = self
             .corridor
-            .observe(&mut self.fitter, &self.points, lane, along_m);
+            .observe(&mut self.fitter, points, lane, along_m);
         if corrects {
             for (wall, fit) in walls.fits() {
                 correct(&mut self.pose, &wall.line, fit, best);
@@ -208,16 +216,21 @@ impl Navigator {
         }
     }
 
-    fn see_lane_end(&mut self, best: &mut ScanVerdict, corrects: bool) {
+    fn see_lane_end(&mut self, best: &mut ScanVerdict, eye: Point2, sight_m: f64, corrects: bool) {
         let schedule = &self.schedules[self.machine.state().index()];
         let end = end_wall(&self.map, schedule);
         let Some(wall) = end.filter(|_| schedule.features.lane_end) else {
             return;
         };
         let std_m = self.pose.std_along_m(wall.direction_rad + FRAC_PI_2);
+        let points = ScanPoints {
+            points: &self.points,
+            eye,
+            sight_m,
+        };
         let fit = self.lane_end.observe(
             &mut self.fitter,
-            &self.points,
+            points,
             &wall.line,
             self.pose.pose(),
             std_m,

@@ -4,10 +4,10 @@
 //! the lane, near where the estimate expects them; one wall is enough, none lets the uncertainty grow. A side may consist
 //! of several pieces with openings between them: nothing is expected in an opening.
 
-use super::line::LineFitter;
+use super::line::{LineFitter, ScanPoints};
 use crate::map::{LaneGeometry, LaneWall};
 use crate::perception::wall_fit::WallFit;
-use description::geometry::{Point2, Pose2, wrap_angle};
+use description::geometry::{Pose2, wrap_angle};
 use description::robot::Navigation;
 use nalgebra::{Matrix2, Vector2};
 
@@ -167,7 +167,7 @@ impl CorridorTracker {
     pub fn observe(
         &mut self,
         fitter: &mut LineFitter,
-        points: &[Point2],
+        points: ScanPoints<'_>,
         lane: &LaneGeometry,
         along_m: f64,
     ) -> CorridorWalls {
@@ -257,7 +257,7 @@ impl CorridorTracker {
     fn wall(
         &mut self,
         fitter: &mut LineFitter,
-        points: &[Point2],
+        points: ScanPoints<'_>,
         lane: &LaneGeometry,
         wall: &LaneWall,
         along_m: f64,

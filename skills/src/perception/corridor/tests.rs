@@ -1,6 +1,6 @@
 use super::*;
 use crate::map::SemanticMap;
-use description::geometry::Segment;
+use description::geometry::{Point2, Segment};
 use description::robot::Navigation;
 use description::site::{Lane, Site, Wall};
 
@@ -60,7 +60,8 @@ impl Scene {
 
     fn observe(&mut self, points: &[Point2]) -> CorridorEstimate {
         let lane = &self.map.lanes()[0];
-        self.tracker.observe(&mut self.fitter, points, lane, 4.0);
+        self.tracker
+            .observe(&mut self.fitter, ScanPoints::all(points), lane, 4.0);
         self.tracker.estimate().unwrap()
     }
 }
@@ -179,7 +180,7 @@ fn nothing_is_expected_in_an_opening_and_every_piece_counts() {
         .chain(seen(5.6, 7.5, -1.5))
         .collect();
     for _ in 0..4 {
-        let walls = tracker.observe(&mut fitter, &points, lane, 4.0);
+        let walls = tracker.observe(&mut fitter, ScanPoints::all(&points), lane, 4.0);
         let lines: Vec<f64> = walls.fits().map(|(wall, _)| wall.line.a.y_m).collect();
         assert_eq!(lines, [-1.2, -1.5]);
     }
@@ -188,6 +189,6 @@ fn nothing_is_expected_in_an_opening_and_every_piece_counts() {
     assert!((estimate.heading_rad - 0.03).abs() < 0.01, "{estimate:?}");
     assert!(estimate.right_seen && !estimate.left_seen);
     // Where no piece is near, nothing is looked for.
-    let none = tracker.observe(&mut fitter, &points, lane, 40.0);
+    let none = tracker.observe(&mut fitter, ScanPoints::all(&points), lane, 40.0);
     assert_eq!(none.fits().count(), 0);
 }

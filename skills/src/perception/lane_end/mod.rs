@@ -3,7 +3,7 @@
 //! The wall is searched for where the map has it, with a gate as wide as the pose is uncertain; once found, the tracker
 //! follows its own estimate. Only several consistent scans in a row make the estimate stable.
 
-use super::line::LineFitter;
+use super::line::{LineFitter, ScanPoints};
 use crate::perception::wall_fit::WallFit;
 use description::geometry::{Point2, Pose2, Segment, wrap_angle};
 use description::robot::Navigation;
@@ -98,7 +98,7 @@ impl LaneEndTracker {
     pub fn observe(
         &mut self,
         fitter: &mut LineFitter,
-        points: &[Point2],
+        points: ScanPoints<'_>,
         wall: &Segment,
         pose: Pose2,
         std_m: f64,

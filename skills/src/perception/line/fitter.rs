@@ -1,5 +1,6 @@
 //! The fit: from points to the line that most of the wall's length agrees on.
 
+use super::ScanPoints;
 use super::judge::describe;
 use super::points::{Four, INLIER_SIGMA, Line, Noise, PIECES, WallPoint};
 use crate::perception::RANGE_STD_SHARE;
@@ -60,18 +61,17 @@ impl LineFitter {
         }
     }
 
-    /// The wall near `expected` (in `base_link`), when enough `points` within `gate_m` agree on one and cover at
+    /// The wall near `expected` (in `base_link`), when enough points within `gate_m` agree on one and cover at
     /// least `min_span_m` of it.
     pub fn fit(
         &mut self,
-        points: &[Point2],
+        seen: ScanPoints<'_>,
         expected: &Segment,
         gate_m: f64,
         min_span_m: f64,
     ) -> Option<WallFit> {
-        // `base_link` stands for the sensor: close enough to tell before the wall from behind it.
-        self.begin(expected, Point2::default(), f64::INFINITY);
-        for &point in points {
+        self.begin(expected, seen.eye, seen.sight_m);
+        for &point in seen.points {
             self.offer(point, gate_m);
         }
         self.solve(min_span_m)
@@ -301,7 +301,9 @@ mod tests {
         let truth = Pose2::new(1.0, -0.43, 0.07);
         let expected = wall.seen_from(Pose2::new(1.05, -0.5, 0.0));
         let points = wall_points(&wall, truth, 0.01);
-        let fit = fitter().fit(&points, &expected, 0.4, 0.4).unwrap();
+        let fit = fitter()
+            .fit(ScanPoints::all(&points), &expected, 0.4, 0.4)
+            .unwrap();
         assert!(
             (fit.lateral_m - wall.lateral_m(truth.position())).abs() < 0.01,
             "{fit:?}"
@@ -321,7 +323,9 @@ mod tests {
             }
         }
         let expected = wall.seen_from(truth);
-        let fit = fitter().fit(&points, &expected, 0.4, 0.4).unwrap();
+        let fit = fitter()
+            .fit(ScanPoints::all(&points), &expected, 0.4, 0.4)
+            .unwrap();
         assert!((fit.lateral_m + 2.1).abs() < 0.01, "{fit:?}");
         assert!(fit.share < 0.7);
     }
@@ -332,12 +336,24 @@ mod tests {
         let truth = Pose2::new(1.0, -0.5, 0.0);
         let points = wall_points(&wall, truth, 0.0);
         let expected = wall.seen_from(truth);
-        assert!(fitter().fit(&points[..6], &expected, 0.4, 0.4).is_none());
+        assert!(
+            fitter()
+                .fit(ScanPoints::all(&points[..6]), &expected, 0.4, 0.4)
+                .is_none()
+        );
         let short: Vec<_> = (0..40)
             .map(|i| Point2::new(1.0 + f64::from(i) * 0.006, 2.1))
             .collect();
-        assert!(fitter().fit(&short, &expected, 0.4, 0.4).is_none());
-        assert!(fitter().fit(&[], &expected, 0.4, 0.4).is_none());
+        assert!(
+            fitter()
+                .fit(ScanPoints::all(&short), &expected, 0.4, 0.4)
+                .is_none()
+        );
+        assert!(
+            fitter()
+                .fit(ScanPoints::all(&[]), &expected, 0.4, 0.4)
+                .is_none()
+        );
     }
 
     #[test]
@@ -384,7 +400,7 @@ mod tests {
                 Point2::new(i / 15.0, 2.0 + 0.4 * (i * 12.9898).sin())
             })
             .collect();
-        let fit = fitter().fit(&points, &expected, 0.4, 0.4);
+        let fit = fitter().fit(ScanPoints::all(&points), &expected, 0.4, 0.4);
         assert!(fit.is_none(), "{fit:?}");
     }
 }

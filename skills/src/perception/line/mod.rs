@@ -11,4 +11,29 @@ mod fitter;
 mod judge;
 mod points;
 
+use description::geometry::Point2;
+
 pub use fitter::LineFitter;
+
+/// What a scan has met, and who saw it.
+#[derive(Clone, Copy, Debug)]
+pub struct ScanPoints<'a> {
+    /// In `base_link`.
+    pub points: &'a [Point2],
+    /// The sensor, in `base_link`.
+    pub eye: Point2,
+    /// As far as it sees: of what is farther only those points are there that noise has made shorter.
+    pub sight_m: f64,
+}
+
+impl<'a> ScanPoints<'a> {
+    /// Those of a sensor in the middle of the robot that sees everything.
+    #[cfg(test)]
+    pub(crate) fn all(points: &'a [Point2]) -> Self {
+        Self {
+            points,
+            eye: Point2::default(),
+            sight_m: f64::INFINITY,
+        }
+    }
+}

@@ -377,3 +377,12 @@ fn a_robot_that_panics_once_it_is_awake_goes_on_where_it_was() {
         r#"rig scenario overtaking --stepped --seed 2417 --fault '{ at_s = 63.08, for_s = 2.181, what = "sleep", robot = "amr-1" }' --fault '{ at_s = 64.642, for_s = 0.511, what = "panic", robot = "amr-1", thread = "navigation" }'"#,
     );
 }
+
+/// Of the wall at the end of its lane it saw what noise had made shorter, before the rest came into sight.
+#[test]
+#[ignore = "CI makes these runs"]
+fn a_robot_takes_no_wall_for_nearer_than_it_is_because_it_sees_no_farther() {
+    passes(
+        r#"rig scenario overtaking --stepped --seed 86 --fault '{ at_s = 65.46, for_s = 2.212, what = "fill-disk", robot = "amr-1" }'"#,
+    );
+}
