@@ -16,10 +16,14 @@ use std::collections::BTreeMap;
 use coordination::analysis::{Limits, Proof, Reason, Refusal, Use, check};
 use coordination::petri::NetModel;
 
+/// More than the small nets here need, whose diagrams are made by the thousand: a cache grows with it, and is written whole at first.
+const NODES: usize = 50_000;
+
 /// Looks at sets of states from the beginning.
 fn together(net: &NetModel, uses: &[Use]) -> Result<Proof, Refusal> {
     let limits = Limits {
         states: 0,
+        nodes: NODES,
         ..Limits::default()
     };
     check(net, uses, &limits)

@@ -10,7 +10,7 @@ use rig::process::robot::SUBCOMMAND;
 use rustix::process::{Pid, Signal, kill_process, test_kill_process};
 use tempfile::TempDir;
 
-use crate::programs::bench::{GUARDS, RIG, ROBOT, shipped};
+use crate::programs::bench::{GUARDS, RIG, ROBOT, folder, shipped};
 use crate::programs::late::once_more_if_late;
 use crate::programs::turn::Turn;
 
@@ -31,7 +31,7 @@ impl Lap {
     /// Starts it and waits until its robot runs.
     fn start() -> Self {
         let turn = Turn::of_robots(1);
-        let folder = tempfile::tempdir().expect("a temporary folder");
+        let folder = folder();
         let log = File::create(folder.path().join("rig.log")).expect("created");
         let child = Command::new(RIG)
             .args(["lap", "--headless", "--laps", "1", "--robot"])

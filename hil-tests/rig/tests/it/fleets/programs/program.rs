@@ -9,7 +9,7 @@ use rustix::process::{Pid, Signal, kill_process, test_kill_process};
 use serde_json::Value as Json;
 use tempfile::TempDir;
 
-use crate::programs::bench::GUARDS;
+use crate::programs::bench::{GUARDS, folder};
 use crate::programs::fleet::{CONFIG, RIG};
 use crate::programs::late::{note_violations, once_more_if_late};
 use crate::programs::turn::Turn;
@@ -28,7 +28,7 @@ impl Program {
     /// Starts it as a user would in the repository's root.
     fn start(command: &[&str], robots: usize) -> Self {
         let turn = Turn::of_robots(robots);
-        let folder = tempfile::tempdir().expect("a temporary folder");
+        let folder = folder();
         let log = File::create(folder.path().join("rig.log")).expect("created");
         let child = Command::new(RIG)
             .current_dir(Path::new(CONFIG).join(".."))
