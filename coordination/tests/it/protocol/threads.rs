@@ -12,8 +12,9 @@ use coordination::protocol::{
 
 use super::common::{crossing, flag};
 
-const RUNS: u32 = 20_000;
-const PATIENCE: Duration = Duration::from_secs(60);
+/// Where others have the cores, each step of one waits for a turn of the other.
+const RUNS: u32 = 5_000;
+const PATIENCE: Duration = Duration::from_secs(240);
 
 /// Pseudo-random numbers (xorshift) that leave the threads independent of each other.
 struct Random(u64);
