@@ -27,8 +27,8 @@ enum Run {
 }
 use Run::{BesideMediator, ByCi, ByTest, Here, HereWithout, Needs};
 
-const CONTROLS: &str = "hil-tests/rig/tests/it/fleets/stepped.rs";
-const PROGRAM: &str = "hil-tests/rig/tests/it/fleets/programs/program.rs";
+const CONTROLS: &str = "hil-tests/rig/tests/it/a_fleet/stepped.rs";
+const PROGRAM: &str = "hil-tests/rig/tests/it/a_fleet/programs/program.rs";
 const LAPS: &str = "hil-tests/rig/tests/it/laps/programs.rs";
 const OPERATOR: &str = "hil-tests/rig/tests/it/operator/programs.rs";
 const ORDERS: &str = "hil-tests/rig/tests/it/orders/programs.rs";

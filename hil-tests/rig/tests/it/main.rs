@@ -3,7 +3,7 @@
 //! Both judge by the world's truth.
 //!
 //! They are one binary, since real programs wait most of the time, and stepped ones compute: they do so one beside the other, in the order
-//! of their names.
+//! of their names. What takes longest is called so that it begins first.
 
 /// What tests of real programs have in common: the stage of one robot, or of a fleet; a turn among those who want the machine; who waits
 /// for what is true, asks how threads do, keeps one from its work, and knows when the machine was to blame.
@@ -17,6 +17,24 @@ mod programs {
     pub mod watch;
 }
 mod stepped;
+
+/// Fleets and their mediator.
+mod a_fleet {
+    /// The rig itself does what it says, and leaves nothing when it is killed; mediator and robots are killed; a robot of another
+    /// vendor is among them; links have certificates.
+    mod programs {
+        mod deaths;
+        mod mixed;
+        mod program;
+        mod secured;
+    }
+    mod stepped;
+}
+
+/// What real-time threads promise, for a minute.
+mod a_minute {
+    mod programs;
+}
 
 /// The bus loses frames, or the drive.
 mod bus {
@@ -67,27 +85,9 @@ mod files {
     mod programs;
 }
 
-/// Fleets and their mediator.
-mod fleets {
-    /// The rig itself does what it says, and leaves nothing when it is killed; mediator and robots are killed; a robot of another
-    /// vendor is among them; links have certificates.
-    mod programs {
-        mod deaths;
-        mod mixed;
-        mod program;
-        mod secured;
-    }
-    mod stepped;
-}
-
 /// What campaigns have found.
 mod found {
     mod stepped;
-}
-
-/// What real-time threads promise, for a minute.
-mod guards {
-    mod programs;
 }
 
 /// Threads hang.

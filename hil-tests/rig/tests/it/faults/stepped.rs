@@ -54,6 +54,7 @@ fn fault(what: ScriptedKind) -> ScriptedFault {
 /// One that hears and is not heard, and one that is heard and does not hear: for longer than leases last, both say so, and nobody is let in
 /// where it may go.
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_link_that_carries_one_way_is_no_link() {
     for way in [Direction::ToMediator, Direction::ToRobots] {
         for (robot, at_s) in [("amr-1", 24.0), ("amr-2", 24.0), ("amr-2", 40.0)] {
@@ -85,6 +86,7 @@ fn the_fleet_bears_what_goes_wrong_with_messages_and_processes() {
 
 /// What goes wrong with devices, wheels and people: whole fleets meet it in campaigns.
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_robot_bears_everything_else() {
     goes_on(&crate::stepped::scenario("lap").with_at_most(1), |kind| {
         !kind.needs_mediator() && !PROCESSES.contains(&kind)
@@ -288,6 +290,7 @@ fn a_robot_whose_communication_hangs_stops_for_it_until_a_reset() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_run_with_faults_is_the_same_for_the_same_seed() {
     for seed in [4, 17, 61, 135] {
         let mut scenario = overtaking();

@@ -16,28 +16,24 @@ impl Turn {
     /// Waits until there is room for so many robots, or until nobody else has any.
     pub fn of_robots(count: usize) -> Self {
         let count = count.min(rooms().count());
-        loop {
-            // All or none, so that two who wait do not wait for each other.
-            let free: Vec<File> = rooms().filter(is_ours).take(count).collect();
-            if free.len() == count {
-                return Self { _rooms: free };
+        let _gate = (count > 1).then(gate);
+        let mut own = Vec::with_capacity(count);
+        while own.len() < count {
+            let wanted = count - own.len();
+            own.extend(rooms().filter(is_ours).take(wanted));
+            if own.len() < count {
+                std::thread::sleep(LOOK);
             }
-            drop(free);
-            std::thread::sleep(LOOK);
         }
+        Self { _rooms: own }
     }
 
     /// Waits until nobody else has any: for a test that keeps all others from their time.
     pub fn of_the_machine() -> Self {
-        // It keeps what it has got, or those who want less would always be before it; so only one may wait like this.
-        let gate = std::iter::once_with(|| file("all"));
-        let all = gate.chain(rooms()).inspect(|room| {
-            if let Err(error) = room.lock() {
-                panic!("a room cannot be locked: {error}");
-            }
-        });
+        let gate = gate();
+        let all = rooms().inspect(wait_for);
         Self {
-            _rooms: all.collect(),
+            _rooms: std::iter::once(gate).chain(all).collect(),
         }
     }
 }
@@ -46,6 +42,19 @@ impl Turn {
 fn rooms() -> impl Iterator<Item = File> {
     let cores = std::thread::available_parallelism().map_or(1, usize::from);
     (0..cores * ROBOTS_PER_CORE).map(|room| file(&room.to_string()))
+}
+
+/// Who wants more than one room keeps what it has got, or those who want less would always be before it; so only one may wait like this.
+fn gate() -> File {
+    let gate = file("all");
+    wait_for(&gate);
+    gate
+}
+
+fn wait_for(room: &File) {
+    if let Err(error) = room.lock() {
+        panic!("a room cannot be locked: {error}");
+    }
 }
 
 fn file(name: &str) -> File {
