@@ -8,11 +8,11 @@ use std::io::IsTerminal;
 
 use libraries::Libraries;
 use tracing_appender::non_blocking::{NonBlockingBuilder, WorkerGuard};
-use tracing_subscriber::Layer;
 use tracing_subscriber::filter::DynFilterFn;
 use tracing_subscriber::fmt::layer;
 use tracing_subscriber::layer::SubscriberExt;
 use tracing_subscriber::util::SubscriberInitExt;
+use tracing_subscriber::{Layer, Registry};
 
 pub use tracing_appender::non_blocking::ErrorCounter;
 pub use tracing_subscriber::filter::{LevelFilter, Targets};
@@ -53,11 +53,14 @@ impl Logging {
             Some(Ok(asked)) => asked.clone(),
             Some(Err(_)) | None => by_default.clone(),
         };
+        // Of what is below the level that somebody wants nobody is asked.
+        let most = Layer::<Registry>::max_level_hint(&used).unwrap_or(LevelFilter::TRACE);
+        let may_log = DynFilterFn::new(move |_, _| may_log()).with_max_level_hint(most);
         // A test that runs two of them in one process has one already.
         let _ = tracing_subscriber::registry()
             .with(lines)
             .with(used)
-            .with(DynFilterFn::new(move |_, _| may_log()))
+            .with(may_log)
             .try_init();
         if let (Some(wanted), Some(Err(why))) = (wanted, asked) {
             tracing::warn!(
@@ -74,5 +77,29 @@ impl Logging {
     #[must_use]
     pub fn unwritten(&self) -> ErrorCounter {
         self.unwritten.clone()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::cell::Cell;
+
+    use super::*;
+
+    thread_local! {
+        static MAY_LOG: Cell<bool> = const { Cell::new(true) };
+    }
+
+    /// The level is asked first, by one load: who may not log is not asked at what nobody wants to see.
+    #[test]
+    fn a_thread_that_may_not_log_does_not_and_what_is_not_wanted_costs_nothing() {
+        let wanted = Targets::new().with_default(LevelFilter::INFO);
+        let _logging = Logging::start("CONTRACT_TEST_LOG", &wanted, || MAY_LOG.get());
+        assert_eq!(LevelFilter::current(), LevelFilter::INFO);
+        for may_log in [true, false, true] {
+            MAY_LOG.set(may_log);
+            assert_eq!(tracing::enabled!(tracing::Level::INFO), may_log);
+            assert!(!tracing::enabled!(tracing::Level::DEBUG));
+        }
     }
 }
