@@ -6,7 +6,7 @@ use std::fmt;
 use std::fs;
 use std::ops::Range;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use onboard::realtime::clock::sleep_until;
 use onboard::symbols::faults::Fault;
@@ -76,12 +76,18 @@ impl fmt::Display for Stalls {
     }
 }
 
-/// Watches until it is dropped.
+/// Watches until it is dropped. All of a process look through the same threads.
 pub struct StallWatch {
-    /// When each ended, and how long it was, nanoseconds.
-    seen: Arc<Mutex<Vec<(u64, u64)>>>,
+    threads: Arc<Watching>,
+    start_ns: u64,
     steal_ms: f64,
-    // One for each core.
+}
+
+/// A thread for each core, and what they saw.
+#[derive(Default)]
+struct Watching {
+    /// When each stall ended, and how long it was, nanoseconds.
+    seen: Arc<Mutex<Vec<(u64, u64)>>>,
     _threads: Threads,
 }
 
@@ -91,8 +97,67 @@ impl StallWatch {
     /// # Errors
     /// The operating system's.
     pub fn start() -> std::io::Result<Self> {
-        let (seen, steal_ms) = (Arc::<Mutex<Vec<_>>>::default(), steal_ms());
-        let mut threads = Threads::default();
+        static SHARED: Mutex<Weak<Watching>> = Mutex::new(Weak::new());
+        let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
+        let threads = match shared.upgrade() {
+            Some(threads) => threads,
+            None => Arc::new(Watching::start()?),
+        };
+        *shared = Arc::downgrade(&threads);
+        Ok(Self::of(threads))
+    }
+
+    fn of(threads: Arc<Watching>) -> Self {
+        Self {
+            threads,
+            start_ns: monotonic_ns(),
+            steal_ms: steal_ms(),
+        }
+    }
+
+    /// What it has seen.
+    #[must_use]
+    pub fn stalls(&self) -> Stalls {
+        Stalls {
+            steal_ms: (steal_ms() - self.steal_ms).max(0.0),
+            ..self.since(self.start_ns)
+        }
+    }
+
+    /// Stalls that ended at or after a time.
+    #[must_use]
+    pub fn since(&self, start_ns: u64) -> Stalls {
+        let seen = self.threads.seen();
+        let of = seen.iter().filter(|(end_ns, _)| *end_ns >= start_ns);
+        let longest_ns = of.clone().map(|(_, length_ns)| *length_ns).max();
+        Stalls {
+            count: of.count(),
+            longest_ms: longest_ns.unwrap_or(0) as f64 / 1e6,
+            steal_ms: 0.0,
+        }
+    }
+
+    /// From when to when it stalled, each, for stalls that ended at or after a time.
+    #[must_use]
+    pub fn spans_since(&self, start_ns: u64) -> Vec<Range<u64>> {
+        let seen = self.threads.seen();
+        let of = seen.iter().filter(|(end_ns, _)| *end_ns >= start_ns);
+        of.map(|&(end_ns, length_ns)| end_ns - length_ns..end_ns)
+            .collect()
+    }
+
+    /// Whether the machine stalled at any time from one to another.
+    #[must_use]
+    pub fn stalled(&self, from_ns: u64, to_ns: u64) -> bool {
+        let seen = self.threads.seen();
+        seen.iter()
+            .any(|&(end_ns, length_ns)| end_ns >= from_ns && end_ns - length_ns <= to_ns)
+    }
+}
+
+impl Watching {
+    fn start() -> std::io::Result<Self> {
+        let (seen, mut threads) = (Arc::<Mutex<Vec<_>>>::default(), Threads::default());
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         for core in 0..cores {
             let seen = Arc::clone(&seen);
@@ -107,48 +172,12 @@ impl StallWatch {
         }
         Ok(Self {
             seen,
-            steal_ms,
             _threads: threads,
         })
     }
 
-    /// What it has seen.
-    #[must_use]
-    pub fn stalls(&self) -> Stalls {
-        Stalls {
-            steal_ms: (steal_ms() - self.steal_ms).max(0.0),
-            ..self.since(0)
-        }
-    }
-
-    /// Stalls that ended at or after a time.
-    #[must_use]
-    pub fn since(&self, start_ns: u64) -> Stalls {
-        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        let of = seen.iter().filter(|(end_ns, _)| *end_ns >= start_ns);
-        let longest_ns = of.clone().map(|(_, length_ns)| *length_ns).max();
-        Stalls {
-            count: of.count(),
-            longest_ms: longest_ns.unwrap_or(0) as f64 / 1e6,
-            steal_ms: 0.0,
-        }
-    }
-
-    /// From when to when it stalled, each, for stalls that ended at or after a time.
-    #[must_use]
-    pub fn spans_since(&self, start_ns: u64) -> Vec<Range<u64>> {
-        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        let of = seen.iter().filter(|(end_ns, _)| *end_ns >= start_ns);
-        of.map(|&(end_ns, length_ns)| end_ns - length_ns..end_ns)
-            .collect()
-    }
-
-    /// Whether the machine stalled at any time from one to another.
-    #[must_use]
-    pub fn stalled(&self, from_ns: u64, to_ns: u64) -> bool {
-        let seen = self.seen.lock().unwrap_or_else(PoisonError::into_inner);
-        seen.iter()
-            .any(|&(end_ns, length_ns)| end_ns >= from_ns && end_ns - length_ns <= to_ns)
+    fn seen(&self) -> MutexGuard<'_, Vec<(u64, u64)>> {
+        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
@@ -191,15 +220,34 @@ mod tests {
 
     use super::*;
 
+    /// A watch without threads, begun at a time, that saw these stalls.
+    fn watch(start_ns: u64, seen: &[(u64, u64)]) -> StallWatch {
+        let threads = Watching::default();
+        threads.seen().extend(seen);
+        StallWatch {
+            start_ns,
+            ..StallWatch::of(Arc::new(threads))
+        }
+    }
+
     #[test]
     fn stalls_are_counted_from_a_time_on() {
-        let watch = StallWatch::start().expect("threads");
-        *watch.seen.lock().expect("not poisoned") = vec![(100, 7_000_000), (200, 31_000_000)];
-        let all = watch.since(0);
-        assert!(all.count >= 2 && all.longest_ms >= 31.0, "{all:?}");
-        let later = watch.since(monotonic_ns() + 1_000_000_000_000);
-        assert_eq!(later, Stalls::default());
-        assert!(watch.stalls().steal_ms >= 0.0);
+        let watch = watch(150, &[(100, 7_000_000), (200, 31_000_000)]);
+        let of = |stalls: Stalls| (stalls.count, stalls.longest_ms);
+        assert_eq!(of(watch.since(0)), (2, 31.0));
+        assert_eq!(of(watch.since(101)), (1, 31.0));
+        assert_eq!(watch.since(201), Stalls::default());
+        // Not those of before its own start.
+        let own = watch.stalls();
+        assert_eq!(of(own), (1, 31.0));
+        assert!(own.steal_ms >= 0.0);
+    }
+
+    #[test]
+    fn all_watches_of_a_process_look_through_the_same_threads() {
+        let watches = [(); 2].map(|()| StallWatch::start().expect("threads"));
+        assert!(Arc::ptr_eq(&watches[0].threads, &watches[1].threads));
+        assert!(watches[1].start_ns >= watches[0].start_ns);
     }
 
     #[test]
@@ -239,11 +287,9 @@ mod tests {
 
     #[test]
     fn a_stall_lasts_from_its_begin_to_its_end() {
-        let watch = StallWatch::start().expect("threads");
-        // Long ago, so that those of this test's own do not count.
-        *watch.seen.lock().expect("not poisoned") = vec![(100, 20)];
+        let watch = watch(0, &[(100, 20)]);
         assert_eq!(watch.spans_since(100).first(), Some(&(80..100)));
-        assert_ne!(watch.spans_since(101).first(), Some(&(80..100)));
+        assert_eq!(watch.spans_since(101).first(), None);
         for (from_ns, to_ns, expected) in [(0, 79, false), (0, 80, true), (90, 95, true)] {
             assert_eq!(
                 watch.stalled(from_ns, to_ns),
