@@ -38,7 +38,7 @@ impl<T: Clone + Debug> Kept<T> {
 
 /// So many ways are remembered, in parts of which each has a lock.
 const PARTS: usize = 64;
-const WAYS_OF_A_PART: usize = 1024;
+const WAYS_OF_A_PART: usize = 4096;
 
 /// Where a party has come from a state, by the keys of that and of what happened to it, and what came of it.
 type Ways = HashMap<(u64, u64), Box<dyn Any + Send + Sync>>;

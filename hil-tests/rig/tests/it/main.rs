@@ -2,8 +2,8 @@
 //! spoils them, and `programs` through the real programs, whose devices speak their protocols: what only they show, and that they are safe.
 //! Both judge by the world's truth.
 //!
-//! They are one binary, since real programs wait most of the time, and stepped ones compute: they do so one beside the other, in the order
-//! of their names. What takes longest is called so that it begins first.
+//! They are one binary, since real programs wait most of the time, and stepped ones compute: they do so one beside the other. What takes
+//! longest begins first.
 
 /// What tests of real programs have in common: the stage of one robot, or of a fleet; a turn among those who want the machine; who waits
 /// for what is true, asks how threads do, keeps one from its work, and knows when the machine was to blame.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use super::cores::Core;
 use super::floor::{Floor, SILENT_NS};
 use super::journal::Journal;
 use super::mediators::Mediator;
@@ -243,6 +244,7 @@ impl Fleet {
     }
 
     pub fn run(&mut self, for_ms: u64, faults: Faults, random: &mut Random) {
+        let _core = Core::wait();
         let end_ms = self.now_ms + for_ms;
         while self.now_ms < end_ms {
             self.now_ms += STEP_MS;

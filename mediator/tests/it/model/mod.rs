@@ -9,6 +9,7 @@
 //!
 //! `MEDIATOR_MODEL_RUNS` and `MEDIATOR_MODEL_SEED` ask for more, or for one again.
 
+mod cores;
 mod fleet;
 mod floor;
 mod journal;

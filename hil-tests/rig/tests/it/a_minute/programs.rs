@@ -16,7 +16,7 @@ const MOST_FAULTS: u64 = 10;
 #[test]
 fn for_a_minute_no_real_time_thread_allocates_makes_a_foreign_system_call_or_waits_for_a_page() {
     once_more_if_late(|| {
-        let bench = Bench::driving();
+        let bench = Bench::driving_for_long();
         let before = bench.threads();
         let way_m = bench.truth().distance_m;
         std::thread::sleep(MINUTE);

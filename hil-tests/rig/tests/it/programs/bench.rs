@@ -126,6 +126,11 @@ impl Bench {
         Self::new().drives()
     }
 
+    /// The same, for a minute.
+    pub fn driving_for_long() -> Self {
+        Self::in_turn(Turn::of_robots_for_long(1)).drives()
+    }
+
     /// The same, while no other test has a robot.
     pub fn driving_alone() -> Self {
         Self::in_turn(Turn::of_the_machine()).drives()

@@ -59,7 +59,7 @@ impl Bench {
     }
 
     fn start_with(scenario: Scenario, secure: bool) -> Self {
-        let turn = Turn::of_robots(scenario.robots.len());
+        let turn = Turn::of_robots_for_long(scenario.robots.len());
         let folder = tempfile::tempdir().expect("a temporary folder");
         let options = Options {
             program: PathBuf::from(RIG),

@@ -1,40 +1,51 @@
-//! Tests with whole robots take turns: three robots for each core at a time, whose threads take a tenth of it each. More of them starve
+//! Tests with whole robots take turns: four robots for each core at a time, whose threads take a tenth of it each. More of them starve
 //! each other.
 
 use std::fs::{File, TryLockError};
 use std::time::Duration;
 
-const ROBOTS_PER_CORE: usize = 3;
+const ROBOTS_PER_CORE: usize = 4;
 const LOOK: Duration = Duration::from_millis(50);
 
 /// While it lives, tests that need its rooms wait, in this program and in others.
 pub struct Turn {
-    _rooms: Vec<File>,
+    _locked: Vec<File>,
 }
 
 impl Turn {
-    /// Waits until there is room for so many robots, or until nobody else has any.
+    /// Waits until there is room for so many robots, or until nobody else has any, and while tests wait that take longer.
     pub fn of_robots(count: usize) -> Self {
+        exclusive("long");
+        Self::of_rooms(count)
+    }
+
+    /// The same for a test that takes a minute: all are done sooner if such tests begin first.
+    pub fn of_robots_for_long(count: usize) -> Self {
+        let _first = shared("long");
+        Self::of_rooms(count)
+    }
+
+    /// Waits until nobody else has a room, nor waits for one: for a test that keeps all others from their time.
+    pub fn of_the_machine() -> Self {
+        Self {
+            _locked: vec![exclusive("machine")],
+        }
+    }
+
+    fn of_rooms(count: usize) -> Self {
         let count = count.min(rooms().count());
-        let _gate = (count > 1).then(gate);
-        let mut own = Vec::with_capacity(count);
-        while own.len() < count {
-            let wanted = count - own.len();
+        let mut own = Vec::with_capacity(count + 1);
+        own.push(shared("machine"));
+        // Only one looks for rooms, and keeps what it has got: those who want few would always be before one who wants many.
+        let _gate = exclusive("gate");
+        while own.len() <= count {
+            let wanted = count + 1 - own.len();
             own.extend(rooms().filter(is_ours).take(wanted));
-            if own.len() < count {
+            if own.len() <= count {
                 std::thread::sleep(LOOK);
             }
         }
-        Self { _rooms: own }
-    }
-
-    /// Waits until nobody else has any: for a test that keeps all others from their time.
-    pub fn of_the_machine() -> Self {
-        let gate = gate();
-        let all = rooms().inspect(wait_for);
-        Self {
-            _rooms: std::iter::once(gate).chain(all).collect(),
-        }
+        Self { _locked: own }
     }
 }
 
@@ -44,24 +55,23 @@ fn rooms() -> impl Iterator<Item = File> {
     (0..cores * ROBOTS_PER_CORE).map(|room| file(&room.to_string()))
 }
 
-/// Who wants more than one room keeps what it has got, or those who want less would always be before it; so only one may wait like this.
-fn gate() -> File {
-    let gate = file("all");
-    wait_for(&gate);
-    gate
-}
-
-fn wait_for(room: &File) {
-    if let Err(error) = room.lock() {
-        panic!("a room cannot be locked: {error}");
-    }
-}
-
 fn file(name: &str) -> File {
     let path = std::env::temp_dir().join(format!("rig-tests-take-turns-{name}"));
     let mut options = File::options();
     let room = options.create(true).truncate(false).write(true).open(&path);
     room.unwrap_or_else(|error| panic!("{} cannot be opened: {error}", path.display()))
+}
+
+fn exclusive(name: &str) -> File {
+    let file = file(name);
+    file.lock().expect("a file can be locked");
+    file
+}
+
+fn shared(name: &str) -> File {
+    let file = file(name);
+    file.lock_shared().expect("a file can be locked");
+    file
 }
 
 /// Locks it, if nobody has.

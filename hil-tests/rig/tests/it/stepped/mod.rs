@@ -1,6 +1,8 @@
 //! What tests on the simulated clock have in common: one robot on its [devices](bench), whose faults a test injects, and whole scenarios.
 
 pub mod bench;
+#[path = "../../../../../mediator/tests/it/model/cores.rs"]
+mod cores;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -45,6 +47,7 @@ pub fn watched(
     seed: u64,
     to_s: f64,
 ) -> (Ending, Record) {
+    let _core = cores::Core::wait();
     let stepped = Stepped::new(driven, plans, seed, true, false);
     let stepped = stepped.unwrap_or_else(|failure| panic!("{failure:?}"));
     let mut run = Run::new(told.clone(), stepped, seed);
