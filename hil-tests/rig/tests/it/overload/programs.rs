@@ -8,7 +8,7 @@ use rig::bench::place::{Place, cores};
 use rig::threads::Threads;
 
 use crate::programs::bench::Bench;
-use crate::programs::figures::all_keep_their_time;
+use crate::programs::figures::{all_are_punctual, all_keep_their_time};
 use crate::programs::held::HeldThread;
 use crate::programs::late::once_more_if_late;
 use crate::programs::watch::SURELY_STANDS;
@@ -58,7 +58,9 @@ fn work_of_others_on_the_same_cores_does_not_hold_it_up() {
         let hogs = hogs(None, Duration::from_secs(1), Duration::ZERO);
         bench.drives_for(Duration::from_secs(5));
         assert!(!bench.publishes("overruns") && !bench.publishes("command-stale"));
-        all_keep_their_time(&before, &bench.threads());
+        let after = bench.threads();
+        all_keep_their_time(&before, &after);
+        all_are_punctual(&after);
         drop(hogs);
         bench.finish();
     });
