@@ -117,7 +117,10 @@ impl Rig {
         }
         if troubled {
             match self.random.below(40) {
-                0 => self.now_ns -= (self.random.unit() * 3_000.0) as u64 * MS,
+                0 => {
+                    let back_ns = (self.random.unit() * 3_000.0) as u64 * MS;
+                    self.now_ns = self.now_ns.saturating_sub(back_ns);
+                }
                 1 => self.now_ns += (self.random.unit() * 3_000.0) as u64 * MS,
                 2 => self.now_ns = (self.random.unit() * 1e13) as u64,
                 3 => self.history.clear(),
