@@ -104,23 +104,19 @@ fn over_udp() -> Result<(ServerHandle, Bus), Failure> {
 mod tests {
     use super::*;
 
-    fn measured_twice() -> Result<(), Failure> {
-        let (_served, bus) = over_udp()?;
+    #[test]
+    fn our_cycles_are_measured_again_and_again_on_one_segment() {
+        let Ok((_served, bus)) = over_udp() else {
+            panic!("no segment")
+        };
         let (place, _) = Place::wanted(10, last_core());
         let period = PERIOD;
         let mut ours = Ours::new(Cycle { period, place }, bus);
         for _ in 0..2 {
             let mut samples = Vec::new();
-            ours.window(20 * PERIOD, &mut samples)?;
+            let worked = ours.window(20 * PERIOD, &mut samples);
+            assert!(worked.is_ok(), "{worked:?}");
             assert_eq!(samples.len(), 20);
         }
-        Ok(())
-    }
-
-    /// On a machine that stalls, the segment misses frames, and leaves OP: then once more.
-    #[test]
-    fn our_cycles_are_measured_again_and_again_on_one_segment() {
-        let worked = (0..3).find_map(|_| measured_twice().ok());
-        assert!(worked.is_some(), "{:?}", measured_twice());
     }
 }

@@ -64,10 +64,15 @@ impl Contender for Ours {
             inputs_bytes: kelo::INPUTS_BYTES,
             watchdog_ms: WATCHDOG_MS,
         };
-        let bus = Bus::bring_up(self.bus.link()?, &expected, BringUpOptions::default());
-        let (bus, cycle) = (bus.map_err(Failure::failed)?, self.cycle);
+        let (link, cycle) = (self.bus.link()?, self.cycle);
         let _awake = keep_cores_awake();
-        into.extend(Measuring::spawn("fieldbus", move || exchanges(bus, cycle, length))?.end()?);
+        let measuring = Measuring::spawn("fieldbus", move || {
+            // First: a thread that has to wait for others once the bus is up may be too late for the drive's watchdog.
+            cycle.place.take()?;
+            let bus = Bus::bring_up(link, &expected, BringUpOptions::default());
+            exchanges(bus.map_err(Failure::failed)?, cycle, length)
+        })?;
+        into.extend(measuring.end()?);
         Ok(())
     }
 }
@@ -77,7 +82,6 @@ fn exchanges(mut bus: Bus, cycle: Cycle, length: Duration) -> Result<Vec<Sample>
     let (period_ns, cycles) = (cycle.period.as_nanos() as u64, cycle.count(length));
     let mut samples = Vec::with_capacity(cycles as usize);
     let (outputs, mut inputs) = ([0; kelo::OUTPUTS_BYTES], [0; kelo::INPUTS_BYTES]);
-    cycle.place.take()?;
     let mut next_ns = monotonic_ns();
     for _ in 0..cycles {
         let began_ns = monotonic_ns();

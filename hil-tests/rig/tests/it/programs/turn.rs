@@ -1,21 +1,23 @@
-//! Tests with whole robots take turns: four robots for each core at a time, whose threads take a tenth of it each. More of them starve
+//! Tests with whole robots take turns: three robots for each core at a time, whose threads take a tenth of it each. More of them starve
 //! each other.
 
 use std::fs::{File, TryLockError};
 use std::time::Duration;
 
-const ROBOTS_PER_CORE: usize = 4;
+const ROBOTS_PER_CORE: usize = 3;
 const LOOK: Duration = Duration::from_millis(50);
 
 /// While it lives, tests that need its rooms wait, in this program and in others.
 pub struct Turn {
-    _locked: Vec<File>,
+    _rooms: Vec<File>,
+    _machine: File,
 }
 
 impl Turn {
     /// Waits until there is room for so many robots, or until nobody else has any, and while tests wait that take longer.
     pub fn of_robots(count: usize) -> Self {
-        exclusive("long");
+        // Free once those that take longer have their rooms.
+        drop(exclusive("long"));
         Self::of_rooms(count)
     }
 
@@ -28,24 +30,28 @@ impl Turn {
     /// Waits until nobody else has a room, nor waits for one: for a test that keeps all others from their time.
     pub fn of_the_machine() -> Self {
         Self {
-            _locked: vec![exclusive("machine")],
+            _rooms: Vec::new(),
+            _machine: exclusive("machine"),
         }
     }
 
     fn of_rooms(count: usize) -> Self {
         let count = count.min(rooms().count());
-        let mut own = Vec::with_capacity(count + 1);
-        own.push(shared("machine"));
+        let machine = shared("machine");
         // Only one looks for rooms, and keeps what it has got: those who want few would always be before one who wants many.
         let _gate = exclusive("gate");
-        while own.len() <= count {
-            let wanted = count + 1 - own.len();
+        let mut own = Vec::with_capacity(count);
+        while own.len() < count {
+            let wanted = count - own.len();
             own.extend(rooms().filter(is_ours).take(wanted));
-            if own.len() <= count {
+            if own.len() < count {
                 std::thread::sleep(LOOK);
             }
         }
-        Self { _locked: own }
+        Self {
+            _rooms: own,
+            _machine: machine,
+        }
     }
 }
 
