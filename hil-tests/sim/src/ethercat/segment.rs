@@ -147,20 +147,26 @@ impl Segment {
     /// Everything that goes on beside the frames.
     pub fn cycle(&mut self, now_ns: u64) {
         self.note_gap(now_ns);
-        let mut actions = std::mem::take(&mut self.actions);
-        self.faults.take_actions(now_ns, &mut actions);
-        for action in actions.drain(..) {
-            self.act(action, now_ns);
-        }
-        self.actions = actions;
+        self.take_actions(now_ns);
         for subdevice in &mut self.subdevices {
             subdevice.cycle(now_ns);
         }
         self.update_statistics();
     }
 
+    /// Carries out the faults that were asked for.
+    fn take_actions(&mut self, now_ns: u64) {
+        let mut actions = std::mem::take(&mut self.actions);
+        self.faults.take_actions(now_ns, &mut actions);
+        for action in actions.drain(..) {
+            self.act(action, now_ns);
+        }
+        self.actions = actions;
+    }
+
     fn arrive(&mut self, now_ns: u64) -> Option<FramePlan> {
         self.note_gap(now_ns);
+        self.take_actions(now_ns);
         let plan = self.faults.plan(now_ns);
         self.statistics.with(|s| {
             s.frames += 1;

@@ -206,6 +206,7 @@ impl<W: Wire> Server<W> {
         let mut buffer = [0; FRAME];
         while !stop.load(Ordering::Relaxed) {
             self.wait();
+            self.release_held();
             for _ in 0..BATCH {
                 match self.wire.receive(&mut buffer) {
                     Ok((length, peer)) => self.serve(&mut buffer[..length], peer),
@@ -217,7 +218,6 @@ impl<W: Wire> Server<W> {
                     }
                 }
             }
-            self.release_held();
             self.segment.cycle(monotonic_ns());
         }
     }
@@ -225,6 +225,8 @@ impl<W: Wire> Server<W> {
     fn serve(&mut self, frame: &mut [u8], peer: W::Peer) {
         let now_ns = monotonic_ns();
         if let Some(reply) = W::process(&mut self.segment, frame, now_ns) {
+            // However late this thread is, what was to be back before leaves before.
+            self.release_held();
             if reply.foreign_before {
                 self.send(W::foreign_frame(), peer);
             }

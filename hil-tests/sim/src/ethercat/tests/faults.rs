@@ -120,6 +120,18 @@ fn states_can_be_lost() {
 }
 
 #[test]
+fn a_fault_takes_effect_with_the_next_frame() {
+    let mut bench = driving();
+    let faults = bench.segment.faults();
+    faults.drop_to_safeop(0);
+    assert_eq!(bench.al(), (0x14, 0x1A));
+    faults.disappear(0);
+    assert_eq!(brd(&mut bench), None);
+    faults.reappear(0);
+    assert!(brd(&mut bench).is_some());
+}
+
+#[test]
 fn behind_a_pulled_cable_the_watchdog_runs() {
     let mut bench = driving();
     let faults = bench.segment.faults();
