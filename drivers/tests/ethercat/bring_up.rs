@@ -1,19 +1,20 @@
 //! Bring-up: what is found, what is refused and with which words, and that it can be repeated.
 
 use crate::counting;
-use crate::support::{Mirror, SegmentLink, expectation, impatient, in_us};
+use crate::support::{Mirror, SegmentLink, expectation, impatient};
+use drivers::Clock;
 use drivers::ethercat::{AlState, BringUpError, BringUpOptions, Bus, Phase, ProcessData};
-use drivers::monotonic_ns;
 use sim::ethercat::sii::{EntryType, Identity};
+use std::sync::Arc;
 use std::time::Duration;
 
 fn refused(link: &SegmentLink) -> BringUpError {
-    let started_ns = monotonic_ns();
+    let started_ns = link.now_ns();
     let error = Bus::bring_up(link.boxed(), &expectation(), impatient())
         .err()
         .expect("must be refused");
     assert!(
-        monotonic_ns() - started_ns < 1_500_000_000,
+        link.now_ns() - started_ns < 1_500_000_000,
         "bounded in time"
     );
     error
@@ -144,23 +145,18 @@ fn another_process_data_layout_is_refused() {
     );
 }
 
-/// Says nothing more until the watchdog trips; returns how long that took.
-fn until_watchdog_trips(link: &SegmentLink) -> Duration {
-    until_watchdog_trips_after(link, 0)
-}
-
-/// The same for one that has tripped so often before.
-fn until_watchdog_trips_after(link: &SegmentLink, tripped: u64) -> Duration {
-    let silent_since = std::time::Instant::now();
-    while link.statistics.snapshot().watchdog_trips == tripped {
-        assert!(
-            silent_since.elapsed() < Duration::from_secs(5),
-            "the watchdog never tripped"
-        );
-        std::thread::sleep(Duration::from_millis(1));
-        link.cycle();
+/// Feeds the watchdog and says nothing more until it trips; returns how long that took.
+fn until_watchdog_trips(link: &SegmentLink, bus: &mut Bus) -> Duration {
+    let trips = || link.statistics.snapshot().watchdog_trips;
+    let (tripped, fed_ns) = (trips(), link.now_ns());
+    bus.exchange(&[0; 36], &mut [0; 172], link.in_us(5_000))
+        .unwrap();
+    let silent = || Duration::from_nanos(link.now_ns() - fed_ns);
+    while trips() == tripped {
+        assert!(silent().as_secs() < 10, "the watchdog never tripped");
+        link.pass(Duration::from_millis(1));
     }
-    silent_since.elapsed()
+    silent()
 }
 
 /// A SubDevice whose EEPROM has the watchdog of its outputs off.
@@ -175,8 +171,7 @@ fn unwatched() -> SegmentLink {
 fn a_watchdog_that_is_off_is_armed() {
     let link = unwatched();
     let mut bus = Bus::bring_up(link.boxed(), &expectation(), impatient()).unwrap();
-    bus.exchange(&[0; 36], &mut [0; 172], in_us(5_000)).unwrap();
-    until_watchdog_trips(&link);
+    until_watchdog_trips(&link, &mut bus);
 }
 
 #[test]
@@ -207,8 +202,7 @@ fn the_watchdog_gets_the_configured_time() {
         ..expectation()
     };
     let mut bus = Bus::bring_up(link.boxed(), &expected, BringUpOptions::default()).unwrap();
-    bus.exchange(&[0; 36], &mut [0; 172], in_us(5_000)).unwrap();
-    let silent = until_watchdog_trips(&link);
+    let silent = until_watchdog_trips(&link, &mut bus);
     assert!(silent >= Duration::from_millis(199), "{silent:?}");
     for watchdog_ms in [0, 7000] {
         let expected = drivers::ethercat::Expectation {
@@ -244,9 +238,7 @@ fn a_watchdog_that_somebody_else_has_set_is_set_right_at_the_next_bring_up() {
         }
         drop(bus);
         let mut bus = Bus::bring_up(link.boxed(), &expected, BringUpOptions::default()).unwrap();
-        let tripped = link.statistics.snapshot().watchdog_trips;
-        bus.exchange(&[0; 36], &mut [0; 172], in_us(5_000)).unwrap();
-        let silent = until_watchdog_trips_after(&link, tripped);
+        let silent = until_watchdog_trips(&link, &mut bus);
         assert!(silent >= Duration::from_millis(199), "{silent:?}");
     }
 }
@@ -354,6 +346,10 @@ impl drivers::ethercat::Link for Disturbed {
         self.inner.receive(buffer, deadline_ns)
     }
 
+    fn clock(&self) -> Arc<dyn Clock> {
+        self.inner.clock()
+    }
+
     fn describe(&self) -> String {
         self.inner.describe()
     }
@@ -377,7 +373,7 @@ fn from_every_state_and_again_and_again() {
         link.cycle();
         let mut bus = Bus::bring_up(carried, &expectation(), BringUpOptions::default()).unwrap();
         for _ in 0..10 {
-            bus.exchange(&[1; 36], &mut [0; 172], in_us(20_000))
+            bus.exchange(&[1; 36], &mut [0; 172], link.in_us(20_000))
                 .unwrap();
         }
         carried = bus.release();

@@ -1,7 +1,7 @@
 //! What every link must do, whatever carries its frames.
 
 use crate::interfaces::{MAIN_DEVICE, SEGMENT, with_own_network};
-use crate::support::{Mirror, SegmentLink, in_us, segment, served_over_udp};
+use crate::support::{Mirror, SegmentLink, segment, served_over_udp};
 use drivers::ethercat::{Link, RawLink, UdpLink};
 use drivers::monotonic_ns;
 use sim::ethercat::{ServeOptions, serve_raw};
@@ -24,11 +24,13 @@ fn frame(index: u8) -> [u8; 60] {
 /// The contract of [`Link`], on a link to a segment of one SubDevice.
 fn conforms(link: &mut dyn Link) {
     let mut buffer = [0; 1514];
+    let clock = link.clock();
+    let in_us = |us: u64| clock.now_ns() + us * 1000;
 
     // Reaching the deadline is no error, and takes until the deadline; a deadline in the past takes no time.
     let deadline_ns = in_us(20_000);
     assert_eq!(link.receive(&mut buffer, deadline_ns).unwrap(), None);
-    assert!(monotonic_ns() >= deadline_ns);
+    assert!(clock.now_ns() >= deadline_ns);
     assert_eq!(link.receive(&mut buffer, 0).unwrap(), None);
 
     // A frame comes back processed: locally-administered source, same index, working counter of one SubDevice.
@@ -52,14 +54,14 @@ fn conforms(link: &mut dyn Link) {
 
     // What has arrived is returned after the deadline too.
     link.send(&frame(10)).unwrap();
-    std::thread::sleep(std::time::Duration::from_millis(50));
+    clock.sleep_until(in_us(50_000));
     let mut arrived = None;
     for _ in 0..100 {
         arrived = link.receive(&mut buffer, 0).unwrap();
         if arrived.is_some() {
             break;
         }
-        std::thread::sleep(std::time::Duration::from_millis(10));
+        clock.sleep_until(in_us(10_000));
     }
     assert!(arrived.is_some());
     assert_eq!(buffer[17], 10);
@@ -77,10 +79,12 @@ struct Replay {
 impl Replay {
     /// Records the answers to these frames.
     fn of(link: &mut dyn Link, frames: impl IntoIterator<Item = [u8; 60]>) -> Replay {
+        let clock = link.clock();
         let mut record = |frame: [u8; 60]| {
             let mut buffer = [0; 1514];
             link.send(&frame).unwrap();
-            let length = link.receive(&mut buffer, in_us(ANSWER_US)).unwrap();
+            let deadline_ns = clock.now_ns() + ANSWER_US * 1000;
+            let length = link.receive(&mut buffer, deadline_ns).unwrap();
             (frame.to_vec(), buffer[..length.unwrap()].to_vec())
         };
         Replay {

@@ -2,7 +2,8 @@
 
 use std::io;
 use std::process::Command;
-use std::thread;
+
+use crate::support::in_own_thread;
 
 pub const MAIN_DEVICE: &str = "ecat-main";
 pub const SEGMENT: &str = "ecat-segment";
@@ -10,17 +11,13 @@ pub const SEGMENT: &str = "ecat-segment";
 /// Runs `test` in a thread with a network of its own: a pair of connected interfaces and a loopback interface that is
 /// down. Says so and returns when that is not permitted here.
 pub fn with_own_network(test: impl FnOnce() + Send + 'static) {
-    // Not the test's own thread, which might be the one that all tests share.
-    let ran = thread::spawn(move || {
+    in_own_thread(move || {
         if let Err(reason) = enter() {
             eprintln!("SKIPPED: needs a network namespace and `ip`: {reason}");
             return;
         }
         test();
     });
-    if let Err(panic) = ran.join() {
-        std::panic::resume_unwind(panic);
-    }
 }
 
 fn enter() -> Result<(), String> {

@@ -1,15 +1,13 @@
 //! The drive's process data, end to end: what the robot asks is what the wheels do, and what they do is reported.
 
-use crate::support::{SegmentLink, expectation, in_us};
+use crate::support::{SegmentLink, expectation};
 use description::wheels::WheelSpeeds;
 use drivers::ethercat::{BringUpOptions, Bus, Expectation};
 use drivers::kelo::{
     Faults, Feedback, Inputs, Setpoint, SetpointLimits, StampWatch, VoltageLimits,
 };
-use drivers::monotonic_ns;
 use sim::kelo::{DriveHandle, KeloOptions, SimulatedDrive};
 use sim::plant::TestStand;
-use std::thread;
 use std::time::Duration;
 
 const LIMITS: VoltageLimits = VoltageLimits {
@@ -18,6 +16,7 @@ const LIMITS: VoltageLimits = VoltageLimits {
 };
 
 struct Stand {
+    link: SegmentLink,
     bus: Bus,
     drive: DriveHandle,
 }
@@ -33,6 +32,7 @@ impl Stand {
         let bus = Bus::bring_up(link.boxed(), &expected, BringUpOptions::default()).unwrap();
         assert_eq!(bus.identity().name, "KELO Drive");
         Stand {
+            link,
             bus,
             drive: simulated.drive,
         }
@@ -42,12 +42,13 @@ impl Stand {
     fn hold(&mut self, setpoint: Setpoint, time: Duration) -> Inputs {
         let outputs = setpoint.to_outputs(&SetpointLimits::default()).to_bytes();
         let mut inputs = [0; 172];
-        let end_ns = monotonic_ns() + time.as_nanos() as u64;
-        while monotonic_ns() < end_ns {
+        let end_ns = self.link.now_ns() + time.as_nanos() as u64;
+        while self.link.now_ns() < end_ns {
+            let deadline_ns = self.link.in_us(20_000);
             self.bus
-                .exchange(&outputs, &mut inputs, in_us(200_000))
+                .exchange(&outputs, &mut inputs, deadline_ns)
                 .unwrap();
-            thread::sleep(Duration::from_millis(1));
+            self.link.pass(Duration::from_millis(1));
         }
         Inputs::from_bytes(&inputs)
     }
@@ -163,7 +164,7 @@ fn sensors_that_freeze_are_noticed_by_their_stamp() {
     let mut watch = StampWatch::new();
     let mut stalled_ns = |stand: &mut Stand| {
         let inputs = stand.hold(speeds(1.0, 1.0), Duration::from_millis(20));
-        watch.stalled_ns(inputs.sensor_stamp_ns, monotonic_ns())
+        watch.stalled_ns(inputs.sensor_stamp_ns, stand.link.now_ns())
     };
     assert_eq!(stalled_ns(&mut stand), 0);
     assert_eq!(stalled_ns(&mut stand), 0);
@@ -177,7 +178,7 @@ fn sensors_that_freeze_are_noticed_by_their_stamp() {
         .hold(speeds(1.0, 1.0), Duration::from_millis(5))
         .sensor_stamp_ns;
     assert!(
-        monotonic_ns().abs_diff(sensor_ns) < 1_000_000_000,
+        stand.link.now_ns().abs_diff(sensor_ns) < 1_000_000_000,
         "{sensor_ns}"
     );
 }

@@ -1,8 +1,7 @@
 //! A SubDevice like the KELO drive, a link that needs no network, and what every test needs.
 
 use drivers::ethercat::{BringUpOptions, Expectation, Link};
-use drivers::kelo;
-use drivers::monotonic_ns;
+use drivers::{Clock, kelo, monotonic_ns};
 use sim::ethercat::eeprom::ReadSize;
 use sim::ethercat::sii::{EntryType, Identity, Pdo, Sii, SyncManagerUse};
 use sim::ethercat::sync_manager::SyncManager;
@@ -13,7 +12,9 @@ use sim::ethercat::{
 use std::collections::VecDeque;
 use std::io;
 use std::net::SocketAddr;
+use std::sync::atomic::{AtomicU32, AtomicU64, Ordering};
 use std::sync::{Arc, Mutex};
+use std::thread;
 use std::time::Duration;
 
 pub const VENDOR: u32 = 0x0000_0000;
@@ -120,19 +121,46 @@ pub fn served_over_udp(options: ServeOptions) -> (ServerHandle, SocketAddr, Faul
     (server, address, faults)
 }
 
-/// A segment in the same thread. Frames are processed when sent; a delay is held until its time.
+/// A segment in the same thread, with a clock of its own. Frames are processed when sent; replies are held until their time.
 #[derive(Clone)]
 pub struct SegmentLink {
     inner: Arc<Mutex<Wire>>,
+    clock: Arc<WaitingClock>,
     pub faults: FaultHandle,
     pub statistics: StatisticsHandle,
 }
 
 struct Wire {
     segment: Segment,
-    /// Replies under way, with the time they arrive.
+    /// Replies under way, with the time they arrive, the next one first.
     replies: VecDeque<(u64, Vec<u8>)>,
     sent: u64,
+}
+
+/// A clock that goes on only while somebody waits: however late the test's thread is, nothing comes late.
+#[derive(Debug)]
+struct WaitingClock(AtomicU64);
+
+/// A computer that has run for a while.
+const START_NS: u64 = 1_000_000_000_000;
+/// From sending a frame to its return.
+const ROUND_TRIP_NS: u64 = 10_000;
+/// How often the segment's own side runs, as its server has it.
+const CYCLE_NS: u64 = 1_000_000;
+
+impl Clock for WaitingClock {
+    fn now_ns(&self) -> u64 {
+        self.0.load(Ordering::Relaxed)
+    }
+
+    fn sleep_until(&self, at_ns: u64) {
+        self.0.fetch_max(at_ns, Ordering::Relaxed);
+    }
+
+    /// Nobody else runs who could change the word.
+    fn wait_on(&self, _word: &AtomicU32, _seen: u32, until_ns: u64) {
+        self.sleep_until(until_ns);
+    }
 }
 
 impl SegmentLink {
@@ -145,6 +173,7 @@ impl SegmentLink {
         };
         SegmentLink {
             inner: Arc::new(Mutex::new(wire)),
+            clock: Arc::new(WaitingClock(AtomicU64::new(START_NS))),
             faults,
             statistics,
         }
@@ -158,9 +187,36 @@ impl SegmentLink {
         Box::new(self.clone())
     }
 
+    /// What time it is on the link's clock.
+    pub fn now_ns(&self) -> u64 {
+        self.clock.now_ns()
+    }
+
+    /// A time to come on the link's clock.
+    pub fn in_us(&self, us: u64) -> u64 {
+        self.now_ns() + us * 1000
+    }
+
+    /// Lets time pass.
+    pub fn pass(&self, time: Duration) {
+        self.pass_until(self.now_ns() + time.as_nanos() as u64);
+    }
+
     /// Lets the segment's own side run, as its server's thread would.
     pub fn cycle(&self) {
-        self.inner.lock().unwrap().segment.cycle(monotonic_ns());
+        self.pass(Duration::ZERO);
+    }
+
+    fn pass_until(&self, at_ns: u64) {
+        let mut wire = self.inner.lock().unwrap();
+        loop {
+            let now_ns = self.now_ns();
+            wire.segment.cycle(now_ns);
+            if now_ns >= at_ns {
+                return;
+            }
+            self.clock.sleep_until(at_ns.min(now_ns + CYCLE_NS));
+        }
     }
 
     /// Somebody else on the wire writes a register of the first SubDevice.
@@ -173,7 +229,7 @@ impl SegmentLink {
         payload.extend(value.to_le_bytes());
         payload.extend([0, 0]);
         let mut wire = self.inner.lock().unwrap();
-        let now_ns = monotonic_ns();
+        let now_ns = self.now_ns();
         wire.segment.process_payload(&mut payload, now_ns);
         assert_eq!(payload[14..], [1, 0], "written");
         wire.segment.cycle(now_ns);
@@ -187,14 +243,16 @@ impl SegmentLink {
 impl Link for SegmentLink {
     fn send(&mut self, frame: &[u8]) -> io::Result<()> {
         let mut wire = self.inner.lock().unwrap();
-        let now_ns = monotonic_ns();
+        let now_ns = self.now_ns();
         wire.sent += 1;
         let mut bytes = frame.to_vec();
         if let Some(reply) = wire.segment.process_frame(&mut bytes, now_ns) {
             bytes.truncate(reply.length);
-            let arrives_ns = now_ns + reply.delay.as_nanos() as u64;
+            let arrives_ns = now_ns + ROUND_TRIP_NS + reply.delay.as_nanos() as u64;
+            let before = |(earlier_ns, _): &(u64, Vec<u8>)| *earlier_ns <= arrives_ns;
+            let place = wire.replies.partition_point(before);
             for _ in 0..reply.copies {
-                wire.replies.push_back((arrives_ns, bytes.clone()));
+                wire.replies.insert(place, (arrives_ns, bytes.clone()));
             }
         }
         wire.segment.cycle(now_ns);
@@ -202,25 +260,20 @@ impl Link for SegmentLink {
     }
 
     fn receive(&mut self, buffer: &mut [u8], deadline_ns: u64) -> io::Result<Option<usize>> {
-        loop {
-            let now_ns = monotonic_ns();
-            let mut wire = self.inner.lock().unwrap();
-            wire.segment.cycle(now_ns);
-            if let Some(at) = wire
-                .replies
-                .iter()
-                .position(|&(arrives_ns, _)| arrives_ns <= now_ns)
-                && let Some((_, frame)) = wire.replies.remove(at)
-            {
-                buffer[..frame.len()].copy_from_slice(&frame);
-                return Ok(Some(frame.len()));
-            }
-            drop(wire);
-            if now_ns >= deadline_ns {
-                return Ok(None);
-            }
-            std::thread::sleep(Duration::from_nanos((deadline_ns - now_ns).min(100_000)));
+        let wire = self.inner.lock().unwrap();
+        let next_ns = wire.replies.front().map(|(arrives_ns, _)| *arrives_ns);
+        drop(wire);
+        self.pass_until(next_ns.unwrap_or(deadline_ns).min(deadline_ns));
+        if next_ns.is_none_or(|arrives_ns| arrives_ns > self.now_ns()) {
+            return Ok(None);
         }
+        let (_, frame) = self.inner.lock().unwrap().replies.pop_front().unwrap();
+        buffer[..frame.len()].copy_from_slice(&frame);
+        Ok(Some(frame.len()))
+    }
+
+    fn clock(&self) -> Arc<dyn Clock> {
+        Arc::clone(&self.clock) as _
     }
 
     fn describe(&self) -> String {
@@ -234,8 +287,8 @@ pub fn expectation() -> Expectation {
         product_codes: kelo::PRODUCT_CODES.to_vec(),
         outputs_bytes: kelo::OUTPUTS_BYTES,
         inputs_bytes: kelo::INPUTS_BYTES,
-        // Generous, so that a busy machine trips nothing.
-        watchdog_ms: 2000,
+        // Generous, so that a busy machine trips nothing: close to the longest that there is.
+        watchdog_ms: 6000,
     }
 }
 
@@ -249,6 +302,23 @@ pub fn impatient() -> BringUpOptions {
     }
 }
 
+/// Patient, for segments with a thread of their own: however late that one is, no frame is sent twice.
+pub fn patient() -> BringUpOptions {
+    BringUpOptions {
+        timeout: Duration::from_secs(30),
+        frame_timeout: Duration::from_secs(2),
+        ..BringUpOptions::default()
+    }
+}
+
+/// A time to come on the clock of links to segments with a thread of their own.
 pub fn in_us(us: u64) -> u64 {
     monotonic_ns() + us * 1000
+}
+
+/// Runs a test that changes its thread in one of its own: tests may share theirs.
+pub fn in_own_thread(test: impl FnOnce() + Send + 'static) {
+    if let Err(panic) = thread::spawn(test).join() {
+        std::panic::resume_unwind(panic);
+    }
 }

@@ -1,8 +1,8 @@
 //! How long an exchange takes. Figures depend on the machine; the tests here check the data and print the rest.
 
 use crate::interfaces::{MAIN_DEVICE, SEGMENT, with_own_network};
-use crate::support::{Mirror, expectation, in_us, segment, served_over_udp};
-use drivers::ethercat::{BringUpOptions, Bus, Link, RawLink, UdpLink};
+use crate::support::{Mirror, expectation, in_us, patient, segment, served_over_udp};
+use drivers::ethercat::{Bus, Link, RawLink, UdpLink};
 use drivers::monotonic_ns;
 use sim::ethercat::serve_raw;
 use sim::ethercat::server::ServeOptions;
@@ -59,7 +59,7 @@ pub fn measure(bus: &mut Bus, cycles: usize, period: Duration) -> Times {
 }
 
 fn print_times(link: Box<dyn Link>) {
-    let mut bus = Bus::bring_up(link, &expectation(), BringUpOptions::default()).unwrap();
+    let mut bus = Bus::bring_up(link, &expectation(), patient()).unwrap();
     for period in [Duration::ZERO, PERIOD] {
         measure(&mut bus, 500, period);
         println!("{}", measure(&mut bus, 20_000, period));

@@ -1,6 +1,7 @@
 //! `read_scan` allocates nothing, whatever the device sends.
 
-use std::time::Duration;
+use std::cell::Cell;
+use std::sync::mpsc::channel;
 
 use drivers::hokuyo::{Hokuyo, ReadError, Scan};
 use drivers::monotonic_ns;
@@ -23,7 +24,7 @@ fn reading_allocates_nothing() {
     let mut scan = Scan::new();
     let mut results = Vec::new();
     let mut read_until =
-        |peer: &mut Peer, order: Order, seen: fn(Result<(), ReadError>) -> bool| {
+        |peer: &Peer, order: Order, seen: &dyn Fn(Result<(), ReadError>) -> bool| {
             let ordered = format!("{order:?}");
             peer.order(order);
             // Scans wait in the line while this thread does not run.
@@ -32,28 +33,35 @@ fn reading_allocates_nothing() {
             // The next order is not to be taken for a part of this one.
             results.extend((0..4).map(|_| read(&mut lidar, &mut scan)));
         };
-    read_until(&mut peer, Order::WrongChecksum, |own| {
+    read_until(&peer, Order::WrongChecksum, &|own| {
         own == Err(ReadError::Checksum)
     });
-    read_until(&mut peer, Order::Truncate(300), |own| {
+    read_until(&peer, Order::Truncate(300), &|own| {
         own == Err(ReadError::Truncated)
     });
-    read_until(&mut peer, Order::Garbage(vec![0xaa; 2000]), |own| {
+    read_until(&peer, Order::Garbage(vec![0xaa; 2000]), &|own| {
         own == Err(ReadError::Garbage)
     });
-    read_until(&mut peer, Order::Status("50"), |own| {
+    read_until(&peer, Order::Status("50"), &|own| {
         matches!(own, Err(ReadError::DeviceError(_)))
     });
-    read_until(
-        &mut peer,
-        Order::PauseWithin(Duration::from_millis(70)),
-        |_| true,
-    );
-    read_until(&mut peer, Order::Clock(5), |_| true);
+    let (begun, begins) = channel();
+    let is_half = Cell::new(false);
+    read_until(&peer, Order::PauseWithin(begun), &|own| {
+        let was_half = is_half.replace(is_half.get() || begins.try_recv().is_ok());
+        was_half && own == Err(ReadError::Timeout)
+    });
+    read_until(&peer, Order::GoOn, &|own| own.is_ok());
+    peer.order(Order::Clock(5));
+    // Scans of before wait in the line while this thread does not run.
+    let mut jumps = (0..100).map(|_| {
+        let _ = read(&mut lidar, &mut scan);
+        lidar.counters().clock_jumps
+    });
+    assert!(jumps.any(|jumps| jumps > 0));
     peer.order(Order::Freeze);
     while read(&mut lidar, &mut scan) != Err(ReadError::Timeout) {}
     peer.unplug();
     while read(&mut lidar, &mut scan) != Err(ReadError::Disconnected) {}
     assert!(results.contains(&Ok(())));
-    assert!(lidar.counters().clock_jumps > 0);
 }

@@ -2,6 +2,7 @@
 //!
 //! It has no physics: every scan is a ramp, and bytes leave at once.
 
+use std::collections::VecDeque;
 use std::fs::File;
 use std::io::{Read, Write};
 use std::os::fd::OwnedFd;
@@ -59,8 +60,10 @@ pub enum Order {
     /// Send these before it.
     Garbage(Vec<u8>),
     Status(&'static str),
-    /// Pause in the middle of it for this time.
-    PauseWithin(Duration),
+    /// Pause in the middle of it, and say so, until the next order.
+    PauseWithin(Sender<()>),
+    /// End the pause.
+    GoOn,
     /// Set the device's clock.
     Clock(u32),
     Freeze,
@@ -72,6 +75,7 @@ pub struct Peer {
     commands: Arc<Mutex<Vec<String>>>,
     thread: Option<JoinHandle<()>>,
     unplugged: Arc<AtomicBool>,
+    addressed: Arc<AtomicBool>,
 }
 
 impl Peer {
@@ -88,9 +92,11 @@ impl Peer {
         tcsetattr(&slave, OptionalActions::Now, &termios).unwrap();
         let (orders, receiver) = channel();
         let commands = Arc::new(Mutex::new(Vec::new()));
-        let unplugged = Arc::new(AtomicBool::new(false));
+        let unplugged = Arc::<AtomicBool>::default();
+        let addressed = Arc::<AtomicBool>::default();
         let device = Device {
             unplugged: unplugged.clone(),
+            addressed: addressed.clone(),
             master: master.into(),
             host_line: OwnedFd::from(slave),
             clock_0: Instant::now(),
@@ -110,6 +116,7 @@ impl Peer {
             commands,
             thread: Some(thread),
             unplugged,
+            addressed,
         }
     }
 
@@ -119,6 +126,11 @@ impl Peer {
 
     pub fn order(&self, order: Order) {
         self.orders.as_ref().unwrap().send(order).unwrap();
+    }
+
+    /// Somebody has sent it something, at any bit rate.
+    pub fn is_addressed(&self) -> bool {
+        self.addressed.load(Ordering::Relaxed)
     }
 
     pub fn commands(&self) -> Vec<String> {
@@ -143,6 +155,7 @@ impl Drop for Peer {
 
 struct Device {
     unplugged: Arc<AtomicBool>,
+    addressed: Arc<AtomicBool>,
     master: File,
     host_line: OwnedFd,
     clock_0: Instant,
@@ -157,7 +170,7 @@ struct Device {
 
 impl Device {
     fn run(mut self) {
-        let mut pending = Vec::new();
+        let mut pending = VecDeque::new();
         loop {
             loop {
                 match self.orders.try_recv() {
@@ -165,7 +178,7 @@ impl Device {
                     Ok(Order::Clock(ms)) => {
                         self.clock_0 = Instant::now() - Duration::from_millis(ms.into());
                     }
-                    Ok(order) => pending.push(order),
+                    Ok(order) => pending.push_back(order),
                     Err(TryRecvError::Empty) => break,
                     Err(TryRecvError::Disconnected) => return,
                 }
@@ -177,12 +190,7 @@ impl Device {
             {
                 self.stream = Some((command.clone(), start + turn));
                 if !self.frozen {
-                    let order = if pending.is_empty() {
-                        None
-                    } else {
-                        Some(pending.remove(0))
-                    };
-                    self.send_scan(&command, start, order);
+                    self.send_scan(&command, start, pending.pop_front());
                 }
             }
         }
@@ -194,10 +202,7 @@ impl Device {
 
     fn listen(&mut self) {
         let mut fds = [PollFd::new(&self.master, PollFlags::IN)];
-        let millisecond = Timespec {
-            tv_sec: 0,
-            tv_nsec: 1_000_000,
-        };
+        let millisecond = Timespec::try_from(Duration::from_millis(1)).unwrap();
         if poll(&mut fds, Some(&millisecond)) != Ok(1) {
             return;
         }
@@ -205,6 +210,7 @@ impl Device {
         let Ok(count) = self.master.read(&mut bytes) else {
             return;
         };
+        self.addressed.store(true, Ordering::Relaxed);
         for byte in &bytes[..count] {
             // At another bit rate something arrives, but nothing sensible.
             let byte = if self.understands_host() {
@@ -356,10 +362,11 @@ impl Device {
             Some(Order::WrongChecksum) => bytes[100] ^= 1,
             Some(Order::Truncate(length)) => bytes.truncate(length),
             Some(Order::Garbage(garbage)) => bytes.splice(..0, garbage).for_each(drop),
-            Some(Order::PauseWithin(pause)) => {
+            Some(Order::PauseWithin(begun)) => {
                 let rest = bytes.split_off(bytes.len() / 2);
                 self.send(&bytes);
-                std::thread::sleep(pause);
+                // Nobody need hear it, and who unplugs it ends the pause, too.
+                let _ = (begun.send(()), self.orders.recv());
                 bytes = rest;
             }
             _ => {}

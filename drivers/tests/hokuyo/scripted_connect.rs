@@ -30,7 +30,7 @@ pub fn soon() -> u64 {
 }
 
 /// Allowance for a busy host on top of a bounded time.
-pub const WATCHDOG: Duration = Duration::from_secs(2);
+pub const WATCHDOG: Duration = Duration::from_secs(10);
 
 /// Connects and reads two scans.
 fn connect_and_read(setup: Setup, options: &Options) -> (Peer, Hokuyo) {
@@ -287,7 +287,7 @@ fn another_device_is_refused_as_such() {
     );
 }
 
-/// Expects connecting to fail before its limit.
+/// Expects connecting to fail at its limit. Who waits once too often for an answer behind scans is 2.5 s late.
 fn give_up(peer: &Peer, connect_timeout: Duration) -> ConnectError {
     let reply_timeout = Duration::from_millis(300);
     let options = Options {
@@ -297,7 +297,8 @@ fn give_up(peer: &Peer, connect_timeout: Duration) -> ConnectError {
     };
     let started = Instant::now();
     let error = Hokuyo::connect(peer.path(), &options).unwrap_err();
-    assert!(started.elapsed() < connect_timeout + WATCHDOG, "{error}");
+    let late = started.elapsed().saturating_sub(connect_timeout);
+    assert!(late < Duration::from_secs(2), "{error} {late:?} late");
     error
 }
 
@@ -307,7 +308,7 @@ fn gives_up_in_time_when_nobody_answers() {
         bit_rate: 1200,
         ..Setup::default()
     });
-    let error = give_up(&peer, Duration::from_millis(2500));
+    let error = give_up(&peer, Duration::from_secs(5));
     let ConnectError::NoAnswer { tried, .. } = &error else {
         panic!("{error}")
     };
@@ -342,7 +343,11 @@ fn a_device_that_vanishes_while_connecting_is_noticed() {
     });
     let path = peer.path().to_owned();
     let connecting = std::thread::spawn(move || Hokuyo::connect(&path, &options()));
-    std::thread::sleep(Duration::from_millis(300));
+    let started = Instant::now();
+    while !peer.is_addressed() {
+        assert!(started.elapsed() < WATCHDOG, "never opened");
+        std::thread::sleep(Duration::from_millis(1));
+    }
     peer.unplug();
     let error = connecting.join().unwrap().unwrap_err();
     assert!(
