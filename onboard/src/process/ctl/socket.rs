@@ -246,12 +246,18 @@ mod tests {
         let server = Server::open(&runtime, "amr-1").expect("opens");
         let client = {
             let runtime = runtime.clone();
-            std::thread::spawn(move || exchange(&runtime, "amr-1", &Request::Pause))
+            // One that is held up before it has asked is left by the server, and asks again.
+            let ask = move || exchange(&runtime, "amr-1", &Request::Pause).ok();
+            std::thread::spawn(move || (0..100).find_map(|_| ask()))
         };
-        let pending = std::iter::repeat_with(|| server.next())
-            .flatten()
-            .next()
-            .expect("arrives");
+        let until = Instant::now() + PATIENCE;
+        let pending = loop {
+            if let Some(pending) = server.next() {
+                break pending;
+            }
+            assert!(Instant::now() < until, "nobody asks");
+            std::thread::sleep(Duration::from_millis(1));
+        };
         assert_eq!(pending.request, Request::Pause);
         pending.answer(&Err(Refusal::NotReady));
         assert_eq!(
