@@ -12,7 +12,7 @@ use contract::wire::MediatorReport;
 use contract::{Message, keys};
 use zenoh::Wait;
 
-use crate::program::{Program, Site, hear, session};
+use crate::program::{Program, Site, folder, hear, session};
 
 const PREFIX: &str = "fleet";
 const SILENT_NS: u64 = 1_000_000_000;
@@ -94,7 +94,7 @@ impl Robot {
 
 #[test]
 fn a_full_file_system_stops_grants_and_says_so() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let (session, endpoint) = session(&[]);
     let mut program = Program::new(folder.path(), &site(), vec![endpoint]);
     if let Err(why) = program.limit_disk(DISK_KIB) {
@@ -164,7 +164,7 @@ ls "$1/disk"
 
 #[test]
 fn a_journal_that_a_full_file_system_has_not_taken_is_begun_when_it_has_room() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let mut program = Program::new(folder.path(), &site(), Vec::new());
     if let Err(why) = program.limit_disk(DISK_KIB) {
         eprintln!("skipped: no file system of its own, which needs CAP_SYS_ADMIN: {why}");

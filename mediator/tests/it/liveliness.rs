@@ -2,7 +2,7 @@
 
 use std::time::{Duration, Instant};
 
-use crate::program::{Program, Site, free_endpoint};
+use crate::program::{Program, Site, folder, free_endpoint};
 
 fn site() -> Site {
     Site {
@@ -26,7 +26,7 @@ fn wait_for(program: &Program, said: &str) {
 
 #[test]
 fn two_mediators_tell_people_of_each_other_though_no_robot_is_there() {
-    let folders = [(); 2].map(|()| tempfile::tempdir().expect("a folder"));
+    let folders = [(); 2].map(|()| folder());
     let endpoint = free_endpoint("tcp");
     let mut first = Program::new(folders[0].path(), &site(), Vec::new());
     first.listen(&endpoint);

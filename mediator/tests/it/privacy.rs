@@ -12,6 +12,8 @@ use mediator::runtime::{Answer, Question, ask};
 use rustix::process::{Pid, Signal, Uid, kill_process};
 use tempfile::TempDir;
 
+use crate::program::folder;
+
 const SITE: &str = concat!(
     env!("CARGO_MANIFEST_DIR"),
     "/../config/sites/overtaking.toml"
@@ -42,7 +44,7 @@ impl AtHome {
     }
 
     fn start() -> Self {
-        let home = tempfile::tempdir().expect("a folder");
+        let home = folder();
         let log = File::create(home.path().join("log")).expect("a log");
         let child = Self::command(home.path()).stderr(log).spawn();
         let started = Self {
@@ -183,7 +185,7 @@ fn another_user_is_refused_in_a_sentence_even_where_somebody_has_opened_the_fold
 
 #[test]
 fn a_folder_that_others_reach_is_refused_with_what_to_do() {
-    let home = tempfile::tempdir().expect("a folder");
+    let home = folder();
     let folder = home.path().join("run/mediator");
     fs::create_dir_all(&folder).expect("made");
     fs::set_permissions(&folder, Permissions::from_mode(0o755)).expect("it is ours");

@@ -942,7 +942,7 @@ fn a_robot_that_is_gone_for_good_may_leave_the_site_file() {
 
 #[test]
 fn an_empty_journal_is_refused_unless_it_is_a_first_start() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = crate::program::folder();
     let site = concat!(
         env!("CARGO_MANIFEST_DIR"),
         "/../config/sites/overtaking.toml"

@@ -2,11 +2,11 @@
 
 use std::time::Duration;
 
-use crate::program::{Program, Site};
+use crate::program::{Program, Site, folder};
 
 #[test]
 fn a_mediator_whose_log_nobody_takes_goes_on() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let site = Site {
         name: "unread".into(),
         areas: vec![("room".into(), 1)],

@@ -4,7 +4,7 @@ use mediator::keys::Keys;
 
 use super::PATIENCE;
 use super::hall::{self, Hall};
-use crate::program::{Program, free_endpoint};
+use crate::program::{Program, folder, free_endpoint};
 
 const NOTICED: &str = "another mediator, ";
 
@@ -22,7 +22,7 @@ fn another(hall: &Hall, folder: &tempfile::TempDir, keys: &Keys) -> Program {
 #[test]
 fn mediators_with_certificates_of_one_site_see_each_other_and_nobody_else() {
     let hall = Hall::open();
-    let folders = [(); 3].map(|()| tempfile::tempdir().expect("a folder"));
+    let folders = [(); 3].map(|()| folder());
     let keys = Keys::new(folders[2].path().join("keys"));
     keys.begin("rooms", 30.0).expect("an authority");
     let stranger = another(&hall, &folders[0], &keys);

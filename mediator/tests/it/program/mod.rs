@@ -26,6 +26,11 @@ use zenoh::Wait;
 
 pub use site::Site;
 
+/// A folder in memory: a compiler that keeps the disk busy would hold up a journal for longer than robots and operators wait.
+pub fn folder() -> tempfile::TempDir {
+    tempfile::tempdir_in("/dev/shm").expect("a folder")
+}
+
 /// A free endpoint on the loopback. It has an address of its own: on the common one, the port of a program that is started again may
 /// meanwhile be another one's, or that of any connection.
 pub fn free_endpoint(protocol: &str) -> String {
