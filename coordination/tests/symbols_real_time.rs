@@ -4,9 +4,10 @@
 mod counting;
 
 use std::env;
+use std::path::PathBuf;
 use std::process::Command;
-use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, mpsc};
 use std::time::{Duration, Instant};
 
 use bytemuck::Zeroable;
@@ -15,7 +16,7 @@ use coordination::event::{EventTable, queue};
 use coordination::fsm::MachineModel;
 use coordination::symbols::{Namespace, Reader, SymbolTable, TableBuilder, Writer, remove_stale};
 use counting::allocations;
-use rustix::thread::{SecureComputingMode, set_secure_computing_mode};
+use rustix::thread::{SecureComputingMode, gettid, set_secure_computing_mode};
 
 #[derive(Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
@@ -117,12 +118,12 @@ fn child() {
         return;
     };
     let (_table, mut writer, mut reader) = handles(&Namespace::new(root, "rt_"));
-    // One that the filter ends says nothing: nobody waits for it for long.
-    let patience = Duration::from_secs(if role == "forbidden" { 3 } else { 20 });
     let done = Arc::new(AtomicBool::new(false));
     let worker_done = Arc::clone(&done);
+    let (tell, told) = mpsc::channel();
     std::thread::spawn(move || {
         let stdout = rustix::stdio::stdout();
+        tell.send(gettid()).unwrap();
         set_secure_computing_mode(SecureComputingMode::Strict).unwrap();
         // From here on the kernel ends this thread at any system call but read and write.
         if role == "forbidden" {
@@ -139,8 +140,10 @@ fn child() {
             std::hint::spin_loop();
         }
     });
-    let deadline = Instant::now() + patience;
-    while !done.load(Ordering::Acquire) && Instant::now() < deadline {
+    // Until it is done, or ended by the kernel.
+    let thread = PathBuf::from(format!("/proc/self/task/{}", told.recv().unwrap()));
+    let deadline = Instant::now() + Duration::from_secs(60);
+    while !done.load(Ordering::Acquire) && thread.exists() && Instant::now() < deadline {
         std::thread::sleep(Duration::from_millis(5));
     }
 }

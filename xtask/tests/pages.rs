@@ -621,8 +621,8 @@ fn commands_beside_a_mediator_reach_it() {
         assert!(began.elapsed() < Duration::from_secs(60), "no mediator");
         std::thread::sleep(Duration::from_millis(20));
     }
-    // For so long any robot may still enter what the mediator before has granted to it.
-    std::thread::sleep(Duration::from_secs(6));
+    // For so long any robot may still enter what the mediator before has granted to it; this one counts from before its socket was there.
+    std::thread::sleep(Duration::from_secs(5));
     after.iter().for_each(|text| run(&own(text), &environment));
     drop(mediator);
 }

@@ -180,16 +180,17 @@ impl NetworkSettings {
 
 #[cfg(test)]
 mod tests {
-    use std::net::TcpListener;
+    use std::net::{Ipv4Addr, TcpListener};
     use std::time::{Duration, Instant};
 
     use super::*;
 
-    /// A port that was free a moment ago.
+    /// A port that was free a moment ago. The address is this process's own: on the common one any connection may take the port.
     fn endpoint() -> String {
-        let listener = TcpListener::bind("127.0.0.1:0").expect("a port is free");
-        let port = listener.local_addr().expect("it is bound").port();
-        format!("tcp/127.0.0.1:{port}")
+        let [_, _, high, low] = std::process::id().to_be_bytes();
+        let own = Ipv4Addr::new(127, high, low, 1);
+        let address = TcpListener::bind((own, 0)).and_then(|socket| socket.local_addr());
+        format!("tcp/{}", address.expect("a port is free"))
     }
 
     #[test]

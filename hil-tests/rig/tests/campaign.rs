@@ -44,6 +44,10 @@ fn left(out: &Path) -> Json {
     json
 }
 
+fn goes_on(process: &mut Child) -> bool {
+    process.try_wait().is_ok_and(|ended| ended.is_none())
+}
+
 fn signal(process: &Child, signal: Signal) {
     rustix::process::kill_process(Pid::from_child(process), signal).expect("it runs");
 }
@@ -90,11 +94,12 @@ fn a_campaign_that_was_killed_goes_on_where_it_was() {
             break made;
         }
         let waits = began.elapsed() < Duration::from_secs(300);
-        assert!(waits && first.try_wait().is_ok_and(|ended| ended.is_none()));
+        assert!(waits && goes_on(&mut first));
         std::thread::sleep(Duration::from_millis(5));
     };
     // Between two runs there is no robot that could leave something.
     let prefixes = loop {
+        assert!(goes_on(&mut first), "it ended before it was killed");
         signal(&first, Signal::STOP);
         let prefixes = prefixes(&killed);
         if !shared_memory(&prefixes).is_empty() {

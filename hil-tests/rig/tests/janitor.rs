@@ -23,8 +23,8 @@ fn the_folder_stays_until_the_last_that_was_starting_up_has_ended() {
     let around = tempfile::tempdir().expect("a folder");
     let folder = around.path().join("rig");
     fs::create_dir_all(folder.join("run")).expect("made");
-    let mut robot = starting_up(&folder);
     let began = Instant::now();
+    let mut robot = starting_up(&folder);
     // As when the rig ends.
     drop(Janitor::start(Path::new(RIG), &folder).expect("started"));
     assert!(!folder.exists());

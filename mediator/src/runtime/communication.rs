@@ -300,7 +300,7 @@ mod tests {
     /// It says its question after a while, and the journal cannot be written.
     #[test]
     fn an_order_that_is_being_carried_out_is_said_to_be_so() {
-        const PATIENCE: Duration = Duration::from_secs(1);
+        const PATIENCE: Duration = Duration::from_secs(3);
         let inbox = Arc::new(Inbox::new(Waiting::new([])));
         let runtime = tokio::runtime::Builder::new_multi_thread()
             .worker_threads(1)
