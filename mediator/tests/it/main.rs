@@ -1,5 +1,6 @@
-//! Integration tests, in one binary so that the network is linked once.
+//! Integration tests, in one binary so that the network is linked once. They begin by their names: what takes longest first.
 
+mod at_any_moment;
 mod bounds;
 mod check;
 mod circle;
@@ -9,7 +10,6 @@ mod doors;
 mod flood;
 mod full_disk;
 mod growth;
-mod kills;
 mod lanes;
 mod large_nets;
 mod liveliness;

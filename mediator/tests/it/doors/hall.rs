@@ -15,7 +15,7 @@ use mediator::manager::{RobotStatus, Status};
 use zenoh::Wait;
 
 use super::PATIENCE;
-use crate::program::{Program, Site, free_endpoint, hear};
+use crate::program::{Program, Site, folder, free_endpoint, hear};
 
 pub const PREFIX: &str = "fleet";
 
@@ -42,6 +42,8 @@ pub struct Hall {
     pub endpoint: String,
     pub program: Program,
     pub folder: tempfile::TempDir,
+    /// When it has answered first.
+    ready: Instant,
 }
 
 impl Hall {
@@ -59,7 +61,7 @@ impl Hall {
     }
 
     fn with(days: f64, set_up: impl FnOnce(&mut Program)) -> Self {
-        let folder = tempfile::tempdir().expect("a folder");
+        let folder = folder();
         let keys = Keys::new(folder.path().join("keys"));
         keys.begin("rooms", days).expect("an authority");
         let endpoint = free_endpoint("tls");
@@ -74,6 +76,7 @@ impl Hall {
             endpoint,
             program,
             folder,
+            ready: Instant::now(),
         }
     }
 
@@ -132,6 +135,11 @@ impl Hall {
         set("mode", text(mode));
         set("listen/endpoints", format!("{listen:?}"));
         set("connect/endpoints", format!("{connect:?}"));
+        // A client tries once unless it is told otherwise, and the mediator may be opening its network anew just then.
+        set("connect/timeout_ms", r#"{ "client": 20000 }"#.to_owned());
+        let retry =
+            r#"{ "period_init_ms": 200, "period_max_ms": 200, "period_increase_factor": 1.0 }"#;
+        set("connect/retry", retry.to_owned());
         set("scouting/multicast/enabled", "false".to_owned());
         set("transport/link/tls/root_ca_certificate", text(&root));
         set("transport/link/tls/enable_mtls", "true".to_owned());
@@ -165,7 +173,8 @@ impl Hall {
 
     /// From then on a mediator that has started knows of all that may still be entered.
     pub fn wait_for_leases(&self) {
-        std::thread::sleep(Duration::from_nanos(ENTERS_NO_MORE_NS));
+        let over = self.ready + Duration::from_nanos(ENTERS_NO_MORE_NS);
+        std::thread::sleep(over.saturating_duration_since(Instant::now()));
     }
 
     /// Waits until the robot has heard of the mediator.

@@ -12,7 +12,7 @@ use std::time::Duration;
 
 use contract::network::{Identity, NetworkSettings, Party};
 
-use crate::program::Program;
+use crate::program::{Program, folder};
 use hall::{Hall, Robot, operator, robot};
 
 /// Longer than any answer takes on a machine that has other things to do.
@@ -41,7 +41,7 @@ fn robots_with_certificates_are_served() {
 
 #[test]
 fn an_open_network_takes_a_word() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let program = Program::new(folder.path(), &hall::site(), Vec::new());
     let path = |name: &str| folder.path().join(name).display().to_string();
     let site = program.site_file().display().to_string();
@@ -78,7 +78,7 @@ fn an_open_network_takes_a_word() {
 
 #[test]
 fn the_next_file_of_an_operator_takes_the_place_of_the_last_one_only_when_it_is_told_to() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let program = Program::new(folder.path(), &hall::site(), Vec::new());
     let path = |name: &str| folder.path().join(name).display().to_string();
     let (site, keys, out) = (
@@ -116,7 +116,7 @@ fn the_next_file_of_an_operator_takes_the_place_of_the_last_one_only_when_it_is_
 
 #[test]
 fn a_mediator_that_is_told_to_be_open_says_so() {
-    let folder = tempfile::tempdir().expect("a folder");
+    let folder = folder();
     let mut program = Program::new(folder.path(), &hall::site(), Vec::new());
     program.add(&["--insecure"]);
     program.start();
@@ -164,7 +164,8 @@ fn nobody_gets_in_without_a_certificate_of_the_site() {
         ..NetworkSettings::default()
     };
     let mut plain = Robot::new(plain, "amr-1");
-    for _ in 0..30 {
+    // Each tries four times to get a link meanwhile.
+    for _ in 0..15 {
         stranger.step();
         plain.step();
         std::thread::sleep(Duration::from_millis(100));
