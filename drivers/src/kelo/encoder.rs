@@ -88,7 +88,7 @@ impl WheelEncoder {
         let angle_rad = match self.last {
             Some(last)
                 if now_ns.saturating_sub(last.now_ns) <= LONGEST_STEP_NS
-                    && (read_rad + speed_rad_s).is_finite() =>
+                    && (read_rad + last.speed_rad_s + speed_rad_s).is_finite() =>
             {
                 let elapsed_s = now_ns.saturating_sub(last.now_ns) as f64 * 1e-9;
                 let way_rad = 0.5 * (last.speed_rad_s + speed_rad_s) * elapsed_s;
@@ -228,6 +228,10 @@ mod tests {
         assert!(encoder.read(f32::NAN, 0.0, 3 * CYCLE_NS).is_nan());
         assert_eq!(encoder.read(2.0, f32::INFINITY, 4 * CYCLE_NS), 2.0);
         assert!((encoder.read(3.0, 1.0, 5 * CYCLE_NS) - 3.0).abs() < 1e-6);
+        assert_eq!(encoder.read(3.0, f32::NAN, 6 * CYCLE_NS), 3.0);
+        assert_eq!(encoder.read(3.0, 0.0, 7 * CYCLE_NS), 3.0);
+        let (by_speed_rad, by_reading_rad) = encoder.turned_rad();
+        assert!(by_speed_rad.is_finite() && by_reading_rad.is_finite());
         assert!(encoder.apart_rad().abs() < 0.1);
     }
 

@@ -176,7 +176,14 @@ impl DeviceClock {
     /// Continues the 24-bit clock, over whole wraps too when the host's clock says that they passed.
     fn unwrap(&self, raw_ms: u32, arrival_ns: u64) -> u64 {
         let raw = u64::from(raw_ms) % WRAP_MS;
-        let Some(last) = self.last else { return raw };
+        let Some(last) = self.last else {
+            // It may have wrapped since it was calibrated.
+            let expected_ms = self.offset_ns.map_or(0, |offset_ns| {
+                (arrival_ns as i64 - self.nominal_delay_ns - offset_ns) / MS_NS
+            });
+            let wraps = (expected_ms - raw as i64 + WRAP_MS as i64 / 2).div_euclid(WRAP_MS as i64);
+            return raw + wraps.max(0) as u64 * WRAP_MS;
+        };
         let forward_ms = (raw + WRAP_MS - u64::from(last.raw_ms) % WRAP_MS) % WRAP_MS;
         let host_ms = arrival_ns.saturating_sub(last.arrival_ns) / MS_NS as u64;
         let wraps = (host_ms.saturating_sub(forward_ms) + WRAP_MS / 2) / WRAP_MS;
