@@ -14,7 +14,7 @@ const IDLE_VARIANCE_1_S: f64 = 1e-6;
 /// Turning adds uncertainty as this way per radian would.
 const TURN_WAY_M_PER_RAD: f64 = 0.5;
 /// No standard deviation grows beyond this, so that the filter stays well conditioned.
-const LARGEST_STD: f64 = 10.0;
+pub(super) const LARGEST_STD: f64 = 10.0;
 /// An odometry step is rejected as a leap beyond this, whatever time it took: more than a drive rolls without being told to,
 const LEAP_M: f64 = 2.5;
 /// or beyond these speeds plus a slack for the error of the stamps.

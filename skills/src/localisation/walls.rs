@@ -1,7 +1,7 @@
 //! Corrections by every mapped wall in view.
 
 use super::doubt::ScanVerdict;
-use super::filter::PoseFilter;
+use super::filter::{LARGEST_STD, PoseFilter};
 use crate::perception::WallFit;
 use crate::perception::walls::{BeamCounts, SeenWall, WallMatcher};
 use crate::scan::AlignedScan;
@@ -90,8 +90,8 @@ impl PoseFilter {
         // After a long contradiction the gates are wide: a robot's side must not count as a wall.
         let insisted = self.doubt.insisted();
         let twist = self.last.map_or(Twist2::default(), |last| last.twist);
-        let late_m2 = (TIMING_STD_S * twist.v_m_s).powi(2);
-        let late_rad2 = (TIMING_STD_S * twist.omega_rad_s).powi(2);
+        let [late_m2, late_rad2] = [twist.v_m_s, twist.omega_rad_s]
+            .map(|speed| (TIMING_STD_S * speed).abs().min(LARGEST_STD).powi(2));
         let timing = Matrix2::new(late_m2, 0.0, 0.0, late_rad2);
         for wall in seen {
             let substantial =

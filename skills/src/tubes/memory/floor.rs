@@ -21,6 +21,8 @@ use description::geometry::{Footprint, Point2, Pose2};
 
 /// A pose beyond this is refused as nonsense.
 const FARTHEST_M: f64 = 1e6;
+/// Cells count millimetres of 32 bits. After so long a way all is forgotten, and they begin anew.
+const LONGEST_M: f64 = 4e6;
 
 /// Cells of a row that a checkpoint skips at once where none of them is known.
 const STRETCH: usize = 8;
@@ -210,6 +212,10 @@ impl Floor {
         }
         if let Some(before) = self.pose {
             self.driven_m += before.position().distance_m(pose.position());
+        }
+        if self.driven_m > LONGEST_M {
+            self.clear();
+            (self.driven_m, self.assumes) = (0.0, false);
         }
         let begins = self.pose.is_none();
         self.pose = Some(pose);

@@ -247,3 +247,25 @@ fn other_tubes_know_the_floor_behind_as_far_as_the_first_did() {
     assert!(before > 60, "{before}");
     assert!(after.abs_diff(before) <= 1, "{before}, then {after}");
 }
+
+#[test]
+fn after_thousands_of_kilometres_floor_is_still_forgotten_and_known_again() {
+    let mut stand = Stand::ready();
+    for ahead in [true, false, true, false, true, false] {
+        let speed_m_s = if ahead { 9e5 } else { -9e5 };
+        // As long a time as such a way takes, so that it is no jump.
+        stand.robot.now_ns += 2_000_000_000 * MS;
+        stand.robot.drive(Twist2::new(speed_m_s, 0.0), 1.0);
+        stand.robot.measure(&corridor());
+        let seen = stand.tubes.observe(&stand.robot.scan, stand.robot.now_ns);
+        assert!(seen.is_ok(), "{seen:?}");
+    }
+    assert_eq!(stand.tubes.counters().jumps, 0);
+    for _ in 0..30 {
+        stand.robot.drive(Twist2::default(), 0.1);
+        stand.robot.measure(&corridor());
+        let seen = stand.tubes.observe(&stand.robot.scan, stand.robot.now_ns);
+        assert!(seen.is_ok(), "{seen:?}");
+    }
+    assert_eq!(stand.ask(AHEAD, 10).verdict, Verdict::Free);
+}
