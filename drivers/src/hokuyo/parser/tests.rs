@@ -263,7 +263,7 @@ proptest! {
     }
 
     #[test]
-    fn arbitrary_bytes_never_panic_and_never_hide_the_next_scan(
+    fn arbitrary_bytes_never_panic_and_hide_one_scan_at_most(
         rubbish in proptest::collection::vec(any::<u8>(), 0..600),
         cut in 0usize..2200,
     ) {
@@ -271,6 +271,8 @@ proptest! {
         let mut parser = parser(&FULL);
         parse(&mut parser, &scan[..cut.min(scan.len())]);
         parse(&mut parser, &rubbish);
+        // What was cut, the rubbish and the first line of a scan may be a line of data together, whose checksum is right by chance.
+        parse(&mut parser, &scan);
         let events = parse(&mut parser, &scan);
         prop_assert_eq!(events.last(), Some(&Event::Complete { device_ms: 5 }), "{:?}", events);
         prop_assert_eq!(parser.ranges_mm(), ramp(&FULL));
