@@ -14,6 +14,7 @@ use rig::stepped::{Checkpoints, Devices, Fleet, Start, SteppedDesk, SteppedRobot
 use rig::testbed::{start_pose, world};
 use sim::world::{Obstacle, ObstacleId, Pose, Shape, SharedWorld, Truth, World};
 
+use crate::stepped::cores::Core;
 use crate::stepped::{shipped, yield_to_programs};
 
 const MILLISECOND_NS: u64 = 1_000_000;
@@ -44,6 +45,7 @@ pub struct Bench {
     checkpoints: Checkpoints,
     starts: u64,
     _folder: Folder,
+    _core: Core,
 }
 
 impl Bench {
@@ -117,6 +119,7 @@ impl Bench {
         things: &[Shape],
     ) -> Self {
         yield_to_programs();
+        let core = Core::wait();
         let plan = Plan::load(files).unwrap_or_else(|failure| panic!("{failure:?}"));
         let world = world(&plan.site, &[(&plan.robot, start(&plan))], 1).expect("a world");
         for &thing in things {
@@ -145,6 +148,7 @@ impl Bench {
             checkpoints,
             starts: 1,
             _folder: folder,
+            _core: core,
         }
     }
 
