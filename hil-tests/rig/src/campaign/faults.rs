@@ -9,6 +9,7 @@ use serde::Serialize;
 
 use super::cases::{Case, Does, Moments, MomentsOfSeeds};
 use super::expected::{Expected, Said, expected};
+use super::pool::run_all;
 use super::shrink::{Again, MOST, Shrunk};
 use super::stepped::{Faults, Setup, runs};
 use crate::machine::Machine;
@@ -261,12 +262,14 @@ impl Campaign<'_> {
             scenario, plans, ..
         } = self.ground;
         let (summaries, elapsed_s) = runs(scenario, plans, &setup, self.asked_to_end)?;
-        let drawn = { summaries.iter() }
-            .map(|run| {
-                let raised = self.moments(run.seed)?.raised_besides(run);
-                Ok((run, draw(run.seed)?, raised))
-            })
-            .collect::<Result<Vec<_>, Failure>>()?;
+        // Of runs that were made before, those without faults are made again, which takes as long as the runs did.
+        let look = |number: usize| {
+            let run: &Summary = &summaries[number];
+            let moments = self.moments(run.seed)?;
+            Ok((run, draw(run.seed)?, moments.raised_besides(run)))
+        };
+        let (count, never) = (summaries.len(), AtomicBool::new(false));
+        let drawn = run_all(count, setup.jobs, &never, look, |_, _| {})?;
         let said: Vec<Said<'_>> = { drawn.iter() }
             .flat_map(|(run, faults, raised)| {
                 faults.iter().map(|fault| Said {
@@ -339,13 +342,11 @@ impl Campaign<'_> {
 
 /// How often each is there, most first.
 fn counted<'a>(names: impl Iterator<Item = &'a &'a str>) -> Vec<(String, usize)> {
-    let mut counts = BTreeMap::<&str, usize>::new();
-    for name in names {
-        *counts.entry(name).or_default() += 1;
+    let mut counts = BTreeMap::<String, usize>::new();
+    for &name in names {
+        *counts.entry(name.to_owned()).or_default() += 1;
     }
-    let mut counts: Vec<(String, usize)> = { counts.into_iter() }
-        .map(|(name, count)| (name.to_owned(), count))
-        .collect();
+    let mut counts: Vec<_> = counts.into_iter().collect();
     counts.sort_by_key(|(_, count)| std::cmp::Reverse(*count));
     counts
 }
