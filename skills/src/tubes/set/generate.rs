@@ -298,14 +298,12 @@ impl Generator<'_> {
         // Floor that must be known free is kept on a grid of the same cell size, at any angle to this one.
         let margin_cells = if path.length_m < 0.0 { 1.5 } else { 0.5 };
         let margin_m = self.parameters.augment_m + margin_cells * cell_m;
-        for cell in 0..self.grid.cells() {
-            let centre = self.grid.centre(cell);
-            if !self.footprint.contains(centre)
-                && border
-                    .iter()
-                    .any(|point| point.distance_m(centre) <= margin_m)
-            {
-                mask[cell / 64] |= 1 << (cell % 64);
+        for point in border {
+            for cell in self.grid.around(point, margin_m) {
+                let centre = self.grid.centre(cell);
+                if point.distance_m(centre) <= margin_m && !self.footprint.contains(centre) {
+                    mask[cell / 64] |= 1 << (cell % 64);
+                }
             }
         }
         // Only the beginning of the path comes near.
