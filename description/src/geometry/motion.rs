@@ -30,6 +30,7 @@ pub struct Point2 {
 impl Point2 {
     /// The point (x, y).
     #[must_use]
+    #[inline]
     pub const fn new(x_m: f64, y_m: f64) -> Self {
         Self { x_m, y_m }
     }
@@ -142,6 +143,7 @@ impl Pose2 {
 
     /// A pose from its three numbers; the angle is taken as given.
     #[must_use]
+    #[inline]
     pub const fn new(x_m: f64, y_m: f64, theta_rad: f64) -> Self {
         Self {
             x_m,
@@ -279,6 +281,7 @@ pub struct Twist2 {
 impl Twist2 {
     /// A twist from its two numbers.
     #[must_use]
+    #[inline]
     pub const fn new(v_m_s: f64, omega_rad_s: f64) -> Self {
         Self { v_m_s, omega_rad_s }
     }

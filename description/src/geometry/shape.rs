@@ -132,6 +132,7 @@ pub struct Segment {
 impl Segment {
     /// The segment from `a` to `b`.
     #[must_use]
+    #[inline]
     pub const fn new(a: Point2, b: Point2) -> Self {
         Self { a, b }
     }

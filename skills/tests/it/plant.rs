@@ -23,6 +23,8 @@ pub struct Plant {
     /// How much farther than their diameter says the wheels roll.
     pub scale: [f64; 2],
     pub driven_m: f64,
+    /// Where the clearance was looked at last, and what it was.
+    looked: (Pose2, f64),
 }
 
 impl Plant {
@@ -47,6 +49,7 @@ impl Plant {
             random,
             scale,
             driven_m: 0.0,
+            looked: (pose, f64::NEG_INFINITY),
         }
     }
 
@@ -96,6 +99,20 @@ impl Plant {
                 .fold(nearest_m, f64::min);
         }
         nearest_m
+    }
+
+    /// The clearance where it is not more than a bound of at least 0. It is not looked at where the body cannot have come so near since
+    /// it was: no part of it moves farther than its middle and its corner.
+    pub fn clearance_within_m(&mut self, bound_m: f64) -> Option<f64> {
+        let (from, clear_m) = self.looked;
+        let turned_rad = wrap_angle(self.pose.theta_rad - from.theta_rad).abs();
+        let moved_m = from.position().distance_m(self.pose.position())
+            + turned_rad * self.footprint.radius_m();
+        if clear_m - 1.001 * moved_m > bound_m {
+            return None;
+        }
+        self.looked = (self.pose, self.clearance_m());
+        Some(self.looked.1).filter(|&clear_m| clear_m <= bound_m)
     }
 
     /// The body's corners in `map`.

@@ -31,7 +31,9 @@ fn drive(seed: u64, laps: u32) -> Report {
         report.duration_s = step as f64 * 1e-3;
         let said = robot.step();
         let truth = robot.plant.pose;
-        report.min_clearance_m = report.min_clearance_m.min(robot.plant.clearance_m());
+        if let Some(clearance_m) = robot.plant.clearance_within_m(report.min_clearance_m) {
+            report.min_clearance_m = clearance_m;
+        }
         let speed_m_s = (robot.plant.driven_m - before_m) / 1e-3;
         before_m = robot.plant.driven_m;
         report.max_speed_m_s = report.max_speed_m_s.max(speed_m_s);

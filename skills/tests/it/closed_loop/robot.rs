@@ -209,7 +209,7 @@ impl Robot {
         for _ in 0..(limit_s * 1e3) as u64 {
             self.step();
             assert!(
-                self.plant.clearance_m() > 0.0,
+                self.plant.clearance_within_m(0.0).is_none(),
                 "touches a wall: {:?}",
                 self.output
             );
@@ -228,7 +228,7 @@ impl Robot {
         for _ in 0..(seconds * 1e3) as u64 {
             self.step();
             assert!(
-                self.plant.clearance_m() > 0.0,
+                self.plant.clearance_within_m(0.0).is_none(),
                 "touches a wall: {:?}",
                 self.output
             );

@@ -14,7 +14,11 @@ const START: Pose2 = Pose2::new(2.0, -0.5, 0.0);
 fn run(robot: &mut Robot, seconds: f64) -> NavigationOutput {
     for _ in 0..(seconds * 1e3) as u64 {
         robot.step();
-        assert!(robot.plant.clearance_m() > 0.1, "{:?}", robot.output);
+        assert!(
+            robot.plant.clearance_within_m(0.1).is_none(),
+            "{:?}",
+            robot.output
+        );
     }
     assert_eq!(robot.allocations, 0);
     robot.output.expect("navigation ran")
