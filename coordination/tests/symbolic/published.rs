@@ -110,6 +110,14 @@ fn together() -> Limits {
     }
 }
 
+/// The same of a small net.
+fn few_together() -> Limits {
+    Limits {
+        nodes: super::NODES,
+        ..together()
+    }
+}
+
 /// One state after another.
 fn each() -> Limits {
     Limits {
@@ -143,7 +151,7 @@ fn verdicts_are_those_that_the_contest_publishes() {
             let net = (published.net)(size);
             let asked = changed(&net);
             let limits = if number(states) < 100_000 {
-                vec![each(), together()]
+                vec![each(), few_together()]
             } else {
                 vec![together()]
             };
@@ -183,7 +191,7 @@ fn the_way_through_pnml_changes_no_verdict() {
             let text = document.to_string();
             let back = read(&text).unwrap_or_else(|error| panic!("{error}: {text}"));
             let [there, back] = [&model, &back]
-                .map(|net| properties(net, &[], &together(), &asked).expect("it is safe"));
+                .map(|net| properties(net, &[], &few_together(), &asked).expect("it is safe"));
             assert_eq!((there.states, there.steps), (back.states, back.steps));
             assert_eq!(lengths(&there), lengths(&back));
             assert_eq!(there.is_live(), back.is_live());
@@ -238,7 +246,7 @@ fn a_plain_explorer_says_the_same_of_small_ones() {
                     })
                 })
                 .collect();
-            for limits in [each(), together()] {
+            for limits in [each(), few_together()] {
                 let found = properties(&net.model(), &[], &limits, &asked).unwrap();
                 assert_eq!(found.states, plain.markings.len() as u128);
                 assert_eq!(found.steps, plain.firings.len() as u128);
@@ -272,7 +280,7 @@ fn what_is_unsafe_is_refused_as_the_plain_explorer_refuses_it() {
                 let mut net = whole.clone();
                 net.places[spoilt].1 ^= true;
                 let is_safe = Explorer::new(&net).is_some();
-                for limits in [each(), together()] {
+                for limits in [each(), few_together()] {
                     let found = properties(&net.model(), &[], &limits, &[]);
                     let is_unsafe = |refusal: &Refusal| {
                         matches!(*refusal.reason, Reason::Unsafe { .. }) && refusal.trace.is_some()

@@ -452,12 +452,9 @@ impl Fleet {
 
     fn deliver(&mut self, faults: Faults, random: &mut Random) {
         let now_ms = self.now_ms;
-        let (due, later): (Vec<_>, Vec<_>) = std::mem::take(&mut self.network)
-            .into_iter()
-            .partition(|(at_ms, _)| *at_ms <= now_ms);
-        self.network = later;
-        let due = due.into_iter().map(|(_, message)| message);
-        let mut due: Vec<Message> = due.filter(|message| !self.is_cut_off(message)).collect();
+        let due = self.network.extract_if(.., |(at_ms, _)| *at_ms <= now_ms);
+        let mut due: Vec<Message> = due.map(|(_, message)| message).collect();
+        due.retain(|message| !self.is_cut_off(message));
         if faults.replays && !self.past.is_empty() && random.chance(5) {
             due.push(self.past[random.below(self.past.len() as u64) as usize].clone());
             self.tally.replayed += 1;
@@ -592,29 +589,40 @@ impl Fleet {
 
     /// Judges by where the bodies are, not by what anybody says.
     fn judge(&self) {
-        let mut inside: BTreeMap<usize, Vec<&str>> = BTreeMap::new();
+        let mut counts = vec![0; self.floor.limits.len()];
+        self.each_inside(|area, _| counts[area] += 1);
+        for (area, (count, capacity)) in counts.into_iter().zip(&self.floor.limits).enumerate() {
+            assert!(
+                count <= *capacity,
+                "seed {}, {} ms: area {} holds {capacity}, and {:?} are in it: {}",
+                self.seed,
+                self.now_ms,
+                self.floor.name(area),
+                self.who_is_inside(area),
+                self.explain()
+            );
+        }
+    }
+
+    /// Each area in which a body is, and whose.
+    fn each_inside<'a>(&'a self, mut add: impl FnMut(usize, &'a str)) {
         // Who was wrong about where it is has given back what it is in.
         for robot in self.robots.iter().filter(|robot| !robot.was_mistaken) {
             for area in robot.stands_in(&self.floor) {
-                inside.entry(area).or_default().push(&robot.id);
+                add(area, &robot.id);
             }
         }
         for second in self.seconds.iter().filter(|own| own.is_there) {
             for &area in &self.floor.spots[second.spot] {
-                inside.entry(area).or_default().push("a second one");
+                add(area, "a second one");
             }
         }
-        for (area, robots) in inside {
-            let capacity = self.floor.limits[area];
-            assert!(
-                robots.len() <= capacity as usize,
-                "seed {}, {} ms: area {} holds {capacity}, and {robots:?} are in it: {}",
-                self.seed,
-                self.now_ms,
-                self.floor.name(area),
-                self.explain()
-            );
-        }
+    }
+
+    fn who_is_inside(&self, area: usize) -> Vec<&str> {
+        let mut robots = Vec::new();
+        self.each_inside(|at, who| robots.extend((at == area).then_some(who)));
+        robots
     }
 }
 

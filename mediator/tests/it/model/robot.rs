@@ -198,11 +198,10 @@ impl Robot {
     pub fn stands_in(&self, floor: &Floor) -> Vec<usize> {
         let spots = [Some(self.spot), self.crossing];
         let areas = spots.iter().flatten().flat_map(|&spot| &floor.spots[spot]);
+        let mut areas: Vec<usize> = areas.copied().collect();
+        areas.sort_unstable();
+        areas.dedup();
         areas
-            .copied()
-            .collect::<BTreeSet<usize>>()
-            .into_iter()
-            .collect()
     }
 
     /// Where its own way leads; from beside the way, back to it.

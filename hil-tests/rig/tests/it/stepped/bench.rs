@@ -376,10 +376,10 @@ impl Bench {
         let began_ns = self.now_ns;
         while !holds(self) {
             let waited_s = (self.now_ns - began_ns) as f64 / 1e9;
-            let active: Vec<Fault> = self.faults().active().collect();
             assert!(
                 waited_s < patience_s,
-                "not within {patience_s} s: {what}; {active:?}, {:?}",
+                "not within {patience_s} s: {what}; {:?}, {:?}",
+                self.faults().active().collect::<Vec<Fault>>(),
                 self.truth()
             );
             self.step();
