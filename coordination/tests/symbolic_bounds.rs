@@ -19,9 +19,8 @@ use rustix::time::{ClockId, clock_gettime};
 
 use nets::gate;
 
-/// The longest that a net may take of a core, whatever else the machine does: half of what a search takes that goes wrong, and six
-/// times what the slowest of these takes;
-const LONGEST: Duration = Duration::from_secs(30);
+/// The longest that a net may take of a core, whatever else the machine does: twice what the slowest of these takes;
+const LONGEST: Duration = Duration::from_secs(10);
 /// and the most memory that this program may ever have had.
 const LARGEST_KIB: u64 = 1 << 20;
 

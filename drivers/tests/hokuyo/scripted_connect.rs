@@ -30,7 +30,7 @@ pub fn soon() -> u64 {
 }
 
 /// Allowance for a busy host on top of a bounded time.
-pub const WATCHDOG: Duration = Duration::from_secs(10);
+pub const WATCHDOG: Duration = Duration::from_secs(2);
 
 /// Connects and reads two scans.
 fn connect_and_read(setup: Setup, options: &Options) -> (Peer, Hokuyo) {
@@ -287,7 +287,7 @@ fn another_device_is_refused_as_such() {
     );
 }
 
-/// Expects connecting to fail at its limit. Who waits once too often for an answer behind scans is 2.5 s late.
+/// Expects connecting to fail before its limit.
 fn give_up(peer: &Peer, connect_timeout: Duration) -> ConnectError {
     let reply_timeout = Duration::from_millis(300);
     let options = Options {
@@ -297,8 +297,7 @@ fn give_up(peer: &Peer, connect_timeout: Duration) -> ConnectError {
     };
     let started = Instant::now();
     let error = Hokuyo::connect(peer.path(), &options).unwrap_err();
-    let late = started.elapsed().saturating_sub(connect_timeout);
-    assert!(late < Duration::from_secs(2), "{error} {late:?} late");
+    assert!(started.elapsed() < connect_timeout + WATCHDOG, "{error}");
     error
 }
 
@@ -308,7 +307,7 @@ fn gives_up_in_time_when_nobody_answers() {
         bit_rate: 1200,
         ..Setup::default()
     });
-    let error = give_up(&peer, Duration::from_secs(5));
+    let error = give_up(&peer, Duration::from_millis(2500));
     let ConnectError::NoAnswer { tried, .. } = &error else {
         panic!("{error}")
     };

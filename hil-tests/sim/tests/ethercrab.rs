@@ -322,5 +322,5 @@ fn session_over_udp() {
     whole_session(&mut socket, 1);
     let asked = Instant::now();
     assert!(server.stop());
-    assert!(asked.elapsed() < PATIENCE);
+    assert!(asked.elapsed() < Duration::from_secs(1));
 }

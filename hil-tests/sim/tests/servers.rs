@@ -101,7 +101,7 @@ fn stopping_is_quick_and_frees_the_port() {
     assert!(server.is_running());
     let asked = Instant::now();
     drop(server);
-    assert!(asked.elapsed() < PATIENCE);
+    assert!(asked.elapsed() < Duration::from_secs(1));
     UdpSocket::bind(address).unwrap();
 }
 
@@ -115,10 +115,8 @@ fn without_frames_requests_and_watchdog_go_on() {
     served.exchange(2, 0x0818, &[0x00, 0x12, 172, 0, 0x20, 0, 1, 0]);
     for state in [4, 8] {
         served.exchange(2, 0x0120, &[state, 0]);
-        // A watchdog that has tripped took it out of OP: it was there, however late this thread looks.
         wait_for("state", || {
-            let seen = served.statistics.snapshot();
-            seen.al_status == [u16::from(state)] || seen.watchdog_trips > 0
+            served.statistics.snapshot().al_status == [u16::from(state)]
         });
     }
     wait_for("watchdog", || {
@@ -263,7 +261,7 @@ fn an_interface_carries_whole_frames() {
     };
     let main_device = ethercrab::MainDevice::new(pdu_loop, timeouts, config);
     std::thread::spawn(move || block_on(task));
-    let seen = block_on(async {
+    let names = block_on(async {
         let group = main_device.init_single_group::<2, 256>(|| 0).await.unwrap();
         group
             .into_safe_op(&main_device)
@@ -272,10 +270,9 @@ fn an_interface_carries_whole_frames() {
             .into_op(&main_device)
             .await
             .unwrap();
-        drive.statistics.snapshot()
+        drive.statistics.snapshot().al_status
     });
-    // Its watchdog may be faster than this thread.
-    assert!(seen.al_status == [8] || seen.watchdog_trips > 0, "{seen:?}");
+    assert_eq!(names, [8]);
     assert!(server.stop());
 }
 

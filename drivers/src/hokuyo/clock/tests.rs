@@ -256,7 +256,7 @@ proptest::proptest! {
     fn real_drift_is_never_refused_and_stays_small(
         ppm in -200.0..=200.0f64,
         jitter_ms in 0u64..=12,
-        stalls in proptest::collection::vec((0u64..12_000, 1u64..=6_000), 0..4),
+        stalls in proptest::collection::vec((0u64..12_000, 1u64..=8_000), 0..8),
         zero_ms in 0u64..WRAP_MS,
         noise in proptest::prelude::any::<u64>(),
     ) {

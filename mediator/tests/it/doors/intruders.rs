@@ -13,7 +13,7 @@ use super::hall::{Hall, PREFIX, Robot, robot};
 use crate::program::free_endpoint;
 
 /// How long whoever has a link goes on.
-const GOES_ON: Duration = Duration::from_secs(2);
+const GOES_ON: Duration = Duration::from_secs(3);
 
 /// Counts what a session hears under these keys, while it is kept.
 fn listen(session: &zenoh::Session, keys: &str) -> Arc<AtomicU64> {

@@ -164,8 +164,7 @@ fn nobody_gets_in_without_a_certificate_of_the_site() {
         ..NetworkSettings::default()
     };
     let mut plain = Robot::new(plain, "amr-1");
-    // Each tries four times to get a link meanwhile.
-    for _ in 0..15 {
+    for _ in 0..30 {
         stranger.step();
         plain.step();
         std::thread::sleep(Duration::from_millis(100));

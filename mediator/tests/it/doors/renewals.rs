@@ -15,16 +15,16 @@ const DAY_S: f64 = 86_400.0;
 const PATIENCE: Duration = Duration::from_secs(10);
 
 fn renew(robot: &Robot, request: &str) -> Option<CertificateAnswer> {
-    answer(&ask(robot, "amr-0", request, PATIENCE))
+    answer(&ask(robot, "amr-0", request))
 }
 
-fn ask(robot: &Robot, id: &str, request: &str, patience: Duration) -> FifoChannelHandler<Reply> {
+fn ask(robot: &Robot, id: &str, request: &str) -> FifoChannelHandler<Reply> {
     let message = CertificateRequest {
         request_pem: request.to_owned(),
     };
     let key = keys::certificate(PREFIX, id).expect("a plain name");
     let get = robot.session.get(key).payload(message.encode_to_vec());
-    get.timeout(patience).wait().expect("it asks")
+    get.timeout(PATIENCE).wait().expect("it asks")
 }
 
 fn answer(replies: &FifoChannelHandler<Reply>) -> Option<CertificateAnswer> {
@@ -54,7 +54,7 @@ fn a_robot_gets_its_next_certificate_from_the_mediator() {
         soon.is_some_and(|soon| soon.refusal.contains("one request in"))
     });
     let another = identity.request().expect("made");
-    let other = ask(&amr_0, "amr-1", another.pem(), Duration::from_secs(2));
+    let other = ask(&amr_0, "amr-1", another.pem());
     // By then the one before it could have been answered, too.
     hall.until("it is answered for itself", || {
         renew(&amr_0, another.pem()).is_some()
@@ -78,7 +78,7 @@ fn a_link_on_which_both_talk_at_the_same_time_stays() {
     for _ in 0..100 {
         amr_0.step();
         let asked: Vec<_> = (0..100)
-            .map(|_| ask(&amr_0, "amr-0", request.pem(), PATIENCE))
+            .map(|_| ask(&amr_0, "amr-0", request.pem()))
             .collect();
         let lost = asked.iter().filter(|replies| answer(replies).is_none());
         unanswered += usize::from(lost.count() > 0);

@@ -263,10 +263,6 @@ mod tests {
 
     #[test]
     fn this_computer_sleeps_to_absolute_times() {
-        // Who is held up by the machine is not held up each time; nobody ever wakes early.
-        let is_late = |found: &Finding| found.verdict == Verdict::Bad && found.is.ends_with("late");
-        let mut found = (0..3).map(|_| absolute_sleep());
-        let judged = found.find(|found| !is_late(found));
-        assert_eq!(judged.map(|found| found.verdict), Some(Verdict::Good));
+        assert_eq!(absolute_sleep().verdict, Verdict::Good);
     }
 }
