@@ -9,6 +9,9 @@ use contract::network::NetworkSettings;
 /// none is gone between being found free and being listened on.
 const PORTS: std::ops::Range<u16> = 20_000..30_000;
 
+/// So many endpoints are tried for a session.
+const TRIES: usize = 5;
+
 /// A free endpoint on the loopback. It has an address of its own: on the common one, the port of a program that is started again may
 /// meanwhile be another one's, or that of any connection.
 ///
@@ -38,12 +41,20 @@ pub fn free_endpoint() -> Result<String, String> {
 /// # Errors
 /// A sentence when the network cannot be opened.
 pub fn open_session() -> Result<(zenoh::Session, String), String> {
-    let endpoint = free_endpoint()?;
-    let settings = NetworkSettings {
-        listen: vec![endpoint.clone()],
-        ..NetworkSettings::default()
-    };
-    let session = { settings.open() }
-        .map_err(|error| format!("the listener's network cannot be opened: {error}"))?;
-    Ok((session, endpoint))
+    let mut refused = String::new();
+    // A child that is just being started has a copy of what found the endpoint free, until it is its own program.
+    for _ in 0..TRIES {
+        let endpoint = free_endpoint()?;
+        let settings = NetworkSettings {
+            listen: vec![endpoint.clone()],
+            ..NetworkSettings::default()
+        };
+        match settings.open() {
+            Ok(session) => return Ok((session, endpoint)),
+            Err(error) => refused = error.to_string(),
+        }
+    }
+    Err(format!(
+        "the listener's network cannot be opened: {refused}"
+    ))
 }
