@@ -111,8 +111,9 @@ pub(super) struct AgreementArgs {
     /// No robot drives more rounds than this, as in the campaign
     #[arg(long, value_parser = clap::value_parser!(u32).range(1..))]
     rounds: Option<u32>,
-    /// Folder of the campaign, with a folder for each seed; agreement.json is left there. Order of grants, firings and violations must be the
-    /// same, durations within 2 s or 2 %, largest lateral errors within 3 cm [default: target/rig/campaign/SCENARIO]
+    /// Folder of the campaign, with a folder for each seed; agreement.json is left there. Order of grants, firings as far as their net
+    /// orders them, and violations must be the same, durations within 2 s or 2 %, largest lateral errors within 3 cm [default:
+    /// target/rig/campaign/SCENARIO]
     #[arg(long, value_name = "DIR")]
     real: Option<PathBuf>,
     /// Orders are enough: succeed also where the machine stalled in every real run, so that no times were compared

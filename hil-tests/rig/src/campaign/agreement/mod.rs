@@ -1,10 +1,11 @@
 //! `rig agreement`: whether stepped runs and runs of the real programs come to the same, seed by seed.
 //!
 //! Each seed that a campaign of the real programs has left is run again on the simulated clock. The order of grants of each
-//! area, what fired in each coordination, and what was violated must be the same; durations and lateral errors may differ by what
+//! area, what fired in each coordination and in which [order], and what was violated must be the same; durations and lateral errors may differ by what
 //! real threads, a real network and a real kernel make of the times of messages and cycles. Where the machine stalled in the real run
 //! they are not compared, which is said; nor are violations that may come of a stall.
 
+mod order;
 #[cfg(test)]
 mod tests;
 
@@ -13,18 +14,18 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use config::NetConfig;
 use onboard::cli::Failure;
 use serde::Serialize;
 
+use self::order::Touched;
 use super::stepped;
 use crate::machine::Machine;
 use crate::output::write_json;
 use crate::scenario::Scenario;
 use crate::stalls::Stalls;
 use crate::stepped::Plans;
-use crate::summary::{
-    AreaSummary, CoordinationSummary, FiringSummary, Holding, RobotSummary, Summary,
-};
+use crate::summary::{AreaSummary, CoordinationSummary, Holding, RobotSummary, Summary};
 
 /// Durations, and the times at which robots reach their goals, differ by at most this
 const DURATION_S: f64 = 2.0;
@@ -32,8 +33,6 @@ const DURATION_S: f64 = 2.0;
 const DURATION_SHARE: f64 = 0.02;
 /// Largest lateral errors differ by at most this.
 const LATERAL_M: f64 = 0.03;
-/// What fires within this time fires at once.
-const AT_ONCE_S: f64 = 0.1;
 
 /// A seed, both ways.
 #[derive(Debug, Serialize)]
@@ -78,7 +77,7 @@ pub fn agreement(
     let mut pairs = Vec::new();
     for summary in &summaries {
         let stepped = stepped::summary(scenario, plans, summary.seed, true)?;
-        let pair = compare(summary, &stepped);
+        let pair = compare(&scenario.nets, summary, &stepped);
         pair.print();
         pairs.push(pair);
     }
@@ -159,7 +158,7 @@ fn summaries(scenario: &Scenario, real: &Path) -> Result<Vec<Summary>, Failure> 
     Ok(summaries)
 }
 
-fn compare(real: &Summary, stepped: &Summary) -> Pair {
+fn compare(nets: &[NetConfig], real: &Summary, stepped: &Summary) -> Pair {
     let mut pair = Pair {
         seed: real.seed,
         duration_s: [real.duration_s, stepped.duration_s],
@@ -185,11 +184,16 @@ fn compare(real: &Summary, stepped: &Summary) -> Pair {
         let what = format!("grants of area {}", one.id);
         pair.same(&what, [one, other].map(grants));
     }
-    let nets = |run: &Summary| run.coordinations.iter().map(net).collect();
-    pair.same("coordinations", [real, stepped].map(nets));
+    let begun = |run: &Summary| run.coordinations.iter().map(net).collect();
+    pair.same("coordinations", [real, stepped].map(begun));
     for (one, other) in real.coordinations.iter().zip(&stepped.coordinations) {
-        let what = format!("firings of {} {}", one.id, one.number);
-        pair.same(&what, [one, other].map(firings));
+        pair.compared += one.firings.len();
+        let touched = Touched::by(nets.iter().find(|own| own.name == one.net));
+        let apart_s = within_s(real.duration_s);
+        if let Some(difference) = touched.difference(&one.firings, &other.firings, apart_s) {
+            let difference = format!("firings of {} {}: {difference}", one.id, one.number);
+            pair.differences.push(difference);
+        }
     }
     // What was late then is no difference between the programs and the simulation: only orders are compared.
     if let Some(stalls) = stalls {
@@ -294,15 +298,4 @@ fn grants(area: &AreaSummary) -> Vec<String> {
 
 fn net(coordination: &CoordinationSummary) -> String {
     format!("{} {}", coordination.id, coordination.situation)
-}
-
-/// What fired, in order; at once, in that of names: which of two that do not depend on each other comes first hangs on a
-/// moment too.
-fn firings(coordination: &CoordinationSummary) -> Vec<String> {
-    let mut firings: Vec<&FiringSummary> = coordination.firings.iter().collect();
-    for together in firings.chunk_by_mut(|one, next| (next.at_s - one.at_s).abs() <= AT_ONCE_S) {
-        together.sort_by(|one, other| one.transition.cmp(&other.transition));
-    }
-    let names = firings.iter();
-    names.map(|firing| firing.transition.clone()).collect()
 }

@@ -1,8 +1,26 @@
 //! What agrees, and what does not.
 
+use config::NetTransition;
+
 use super::*;
-use crate::summary::Violation;
+use crate::summary::{FiringSummary, Violation};
 use crate::violation::ViolationKind;
+
+/// A net in which `aside` and `slow` do not depend on each other, and `on` depends on both.
+fn nets() -> Vec<NetConfig> {
+    let mut net = crate::testing::net("overtaking");
+    let transition = |id: &str, from: &[&str], to: &[&str]| {
+        let [from, to] = [from, to].map(|own| own.iter().map(ToString::to_string).collect());
+        let id = id.to_owned();
+        NetTransition { id, from, to }
+    };
+    net.file.transitions = vec![
+        transition("aside", &["a"], &["b"]),
+        transition("slow", &["c"], &["d"]),
+        transition("on", &["b", "d"], &["e"]),
+    ];
+    vec![net]
+}
 
 fn run() -> Summary {
     let holding = |robot: &str| Holding {
@@ -39,14 +57,18 @@ fn run() -> Summary {
             from_s: 10.0,
             duration_s: Some(20.0),
             firings: [("aside", 11.0), ("slow", 11.001), ("on", 19.0)]
-                .map(|(transition, at_s)| FiringSummary {
-                    transition: transition.into(),
-                    at_s,
-                })
+                .map(fired)
                 .to_vec(),
             marking: Vec::new(),
         }],
         ..Summary::default()
+    }
+}
+
+fn fired((transition, at_s): (&str, f64)) -> FiringSummary {
+    FiringSummary {
+        transition: transition.into(),
+        at_s,
     }
 }
 
@@ -61,7 +83,7 @@ fn what_is_nearly_the_same_agrees() {
     };
     stepped.areas[0].owners.insert(0, given_back);
     stepped.coordinations[0].firings.swap(0, 1);
-    let pair = compare(&real, &stepped);
+    let pair = compare(&nets(), &real, &stepped);
     assert_eq!(pair.differences, [""; 0]);
     assert!(pair.compared >= 5);
 }
@@ -76,12 +98,12 @@ fn times_of_a_machine_that_stalled_are_not_compared() {
             longest_ms,
             steal_ms: 0.0,
         });
-        let pair = compare(&real, &stepped);
+        let pair = compare(&nets(), &real, &stepped);
         assert_eq!(pair.differences.len(), differences, "{pair:?}");
         assert_eq!(pair.stalled.is_some(), differences == 0);
     }
     stepped.areas[0].owners.reverse();
-    let pair = compare(&real, &stepped);
+    let pair = compare(&nets(), &real, &stepped);
     assert!(pair.differences[0].contains("grants of area 1"));
 }
 
@@ -96,7 +118,7 @@ fn each_difference_is_told() {
     };
     let mut hit = run();
     hit.violations.push(collision);
-    let pair = compare(&run(), &hit);
+    let pair = compare(&nets(), &run(), &hit);
     assert!(
         pair.differences[0].starts_with("violations: real []"),
         "{pair:?}"
@@ -124,12 +146,39 @@ fn each_difference_is_told() {
     for (change, told) in changes {
         let mut stepped = run();
         change(&mut stepped);
-        let pair = compare(&run(), &stepped);
+        let pair = compare(&nets(), &run(), &stepped);
         let [only] = pair.differences.as_slice() else {
             panic!("{told}: {:?}", pair.differences);
         };
         assert!(only.contains(told), "{only}");
     }
+}
+
+#[test]
+fn an_order_that_hangs_on_whose_answer_comes_first_is_no_difference() {
+    // What fires in the stepped run; and whether that agrees with aside at 11 s, slow at 11.001 s, on at 19 s.
+    for (firings, agree) in [
+        ([("slow", 11.0), ("aside", 12.5), ("on", 19.0)], true),
+        // Each in its order, however near; and each as often.
+        ([("slow", 11.0), ("on", 12.4), ("aside", 12.5)], false),
+        ([("aside", 11.0), ("slow", 11.0), ("slow", 11.0)], false),
+        ([("aside", 11.0), ("slow", 18.0), ("on", 18.0)], true),
+    ] {
+        let mut stepped = run();
+        stepped.coordinations[0].firings = firings.map(fired).to_vec();
+        let pair = compare(&nets(), &run(), &stepped);
+        assert_eq!(pair.differences.is_empty(), agree, "{pair:?}");
+    }
+    // Farther apart in both than times may be.
+    let (mut real, mut stepped) = (run(), run());
+    real.coordinations[0].firings = [("aside", 11.0), ("slow", 14.0)].map(fired).to_vec();
+    stepped.coordinations[0].firings = [("slow", 11.0), ("aside", 14.0)].map(fired).to_vec();
+    let pair = compare(&nets(), &real, &stepped);
+    assert!(pair.differences[0].contains("`aside` before `slow`"));
+    // Of a net that nobody knows each order counts.
+    let mut stepped = run();
+    stepped.coordinations[0].firings.swap(0, 1);
+    assert_eq!(compare(&[], &run(), &stepped).differences.len(), 1);
 }
 
 #[test]
