@@ -244,9 +244,10 @@ impl Claims {
         let protocol = &self.protocol;
         let mut news = false;
         for area in wanted {
-            let claim = { self.by_area.entry(area.clone()) }
-                .or_insert_with(|| Claim::new(begin(&protocol.protocol, ROBOT_PARTY)));
-            if claim.replica.position() == Position::START {
+            let asked = |claim: &Claim| claim.replica.position() != Position::START;
+            if !self.by_area.get(area).is_some_and(asked) {
+                let claim = { self.by_area.entry(area.clone()) }
+                    .or_insert_with(|| Claim::new(begin(&protocol.protocol, ROBOT_PARTY)));
                 news |= claim.replica.set(protocol.request).is_ok();
             }
         }

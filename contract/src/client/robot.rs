@@ -197,7 +197,13 @@ impl Client {
     fn wanted(&mut self) -> Vec<String> {
         let situation = &self.situation;
         let own = situation.wanted.iter().chain(&situation.committed);
-        let mut wanted: Vec<String> = match &mut self.control {
+        let mut wanted: Vec<String> = Vec::new();
+        let mut want = |area: &String| {
+            if !wanted.contains(area) {
+                wanted.push(area.clone());
+            }
+        };
+        match &mut self.control {
             Some(control) if control.is_acquired() => {
                 // An area that was entered and left is not asked for again.
                 let left: Vec<String> = { control.areas().iter() }
@@ -207,16 +213,11 @@ impl Client {
                     .cloned()
                     .collect();
                 left.iter().for_each(|area| control.left(area));
-                let ordered = control.areas().iter();
-                own.filter(|area| situation.needs(area))
-                    .chain(ordered)
-                    .cloned()
-                    .collect()
+                own.filter(|area| situation.needs(area)).for_each(&mut want);
+                control.areas().iter().for_each(want);
             }
-            _ => own.cloned().collect(),
-        };
-        let mut seen = std::collections::HashSet::new();
-        wanted.retain(|area| seen.insert(area.clone()));
+            _ => own.for_each(want),
+        }
         wanted
     }
 
