@@ -25,8 +25,6 @@ const TICK_NS: u64 = 2_000_000;
 const FRAME: usize = 1600;
 /// Most frames that can be held back at a time; more are lost.
 const MAX_HELD: usize = 64;
-/// Most frames processed before the clock is read again.
-const BATCH: usize = 32;
 
 /// Why a segment cannot be served.
 #[derive(Debug, thiserror::Error)]
@@ -207,16 +205,14 @@ impl<W: Wire> Server<W> {
         while !stop.load(Ordering::Relaxed) {
             self.wait();
             self.release_held();
-            for _ in 0..BATCH {
-                match self.wire.receive(&mut buffer) {
-                    Ok((length, peer)) => self.serve(&mut buffer[..length], peer),
-                    Err(error) if error.kind() == io::ErrorKind::WouldBlock => break,
-                    Err(_) => {
-                        // For instance: interface down, or the peer's port closed. May be temporary; do not spin.
-                        thread::sleep(Duration::from_millis(1));
-                        break;
-                    }
+            match self.wire.receive(&mut buffer) {
+                Ok((length, peer)) => {
+                    self.serve(&mut buffer[..length], peer);
+                    continue;
                 }
+                Err(error) if error.kind() == io::ErrorKind::WouldBlock => {}
+                // For instance: interface down, or the peer's port closed. May be temporary; do not spin.
+                Err(_) => thread::sleep(Duration::from_millis(1)),
             }
             self.segment.cycle(monotonic_ns());
         }

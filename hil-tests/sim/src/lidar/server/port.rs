@@ -45,10 +45,14 @@ impl Port {
     }
 
     /// Hands the host what may have arrived by now; returns the number of bytes discarded because nobody reads.
-    pub(super) fn send(&mut self, sensor: &mut Sensor, now_ns: u64) -> io::Result<u64> {
+    pub(super) fn send(
+        &mut self,
+        sensor: &mut Sensor,
+        host_bit_rate: u32,
+        now_ns: u64,
+    ) -> io::Result<u64> {
         let unread = self.keep(now_ns);
         let pty = &mut self.pty;
-        let host_bit_rate = pty.host_bit_rate();
         sensor.speak(now_ns, host_bit_rate, |bytes| {
             let room = MAX_UNREAD.saturating_sub(pty.unread()) as usize;
             pty.write(&bytes[..bytes.len().min(room)])

@@ -47,14 +47,16 @@ impl Runner {
         while !self.shared.stop.load(Ordering::Relaxed) {
             let now_ns = monotonic_ns();
             self.handle_requests(now_ns);
+            // The kernel is asked once a round.
+            let host_bit_rate = { self.port.as_ref() }.map_or(0, |port| port.pty().host_bit_rate());
             if let Err(error) = self
-                .listen(now_ns)
-                .and_then(|()| self.turn_and_send(now_ns))
+                .listen(host_bit_rate, now_ns)
+                .and_then(|()| self.turn_and_send(host_bit_rate, now_ns))
             {
                 self.report(format!("terminal failed: {error}"));
                 self.unplug();
             }
-            self.publish();
+            self.publish(host_bit_rate);
             self.wait(now_ns);
         }
         self.unplug();
@@ -73,24 +75,23 @@ impl Runner {
     }
 
     /// Takes what the host has sent.
-    fn listen(&mut self, now_ns: u64) -> io::Result<()> {
+    fn listen(&mut self, host_bit_rate: u32, now_ns: u64) -> io::Result<()> {
         let Some(port) = &self.port else {
             return Ok(());
         };
         let mut buffer = [0; 512];
         let count = port.pty().read(&mut buffer)?;
-        let host_bit_rate = port.pty().host_bit_rate();
         self.sensor
             .hear(&mut buffer[..count], host_bit_rate, now_ns);
         Ok(())
     }
 
-    fn turn_and_send(&mut self, now_ns: u64) -> io::Result<()> {
+    fn turn_and_send(&mut self, host_bit_rate: u32, now_ns: u64) -> io::Result<()> {
         let Some(port) = &mut self.port else {
             return Ok(());
         };
         self.sensor.turn(now_ns);
-        self.unread_bytes += port.send(&mut self.sensor, now_ns)?;
+        self.unread_bytes += port.send(&mut self.sensor, host_bit_rate, now_ns)?;
         Ok(())
     }
 
@@ -118,13 +119,12 @@ impl Runner {
         *lock(&self.shared.error) = Some(error);
     }
 
-    fn publish(&mut self) {
+    fn publish(&mut self, host_bit_rate: u32) {
         let mut counters = self.sensor.counters();
         counters.plugged = self.port.is_some();
         counters.measuring &= counters.plugged;
         counters.streaming &= counters.plugged;
-        counters.host_bit_rate =
-            { self.port.as_ref() }.map_or(0, |port| port.pty().host_bit_rate());
+        counters.host_bit_rate = if counters.plugged { host_bit_rate } else { 0 };
         counters.unread_bytes = self.unread_bytes;
         *lock(&self.shared.counters) = counters;
     }
