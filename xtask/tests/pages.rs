@@ -578,9 +578,10 @@ fn commands_beside_a_mediator_reach_it() {
         folder.path().join("run"),
         folder.path().join("journal.redb"),
     );
-    // A port, keys and files of its own: another mediator may run on this machine.
-    let port = std::net::TcpListener::bind("127.0.0.1:0").and_then(|socket| socket.local_addr());
-    let port = port.expect("a free port").port();
+    // A port, keys and files of its own: another mediator may run on this machine. The port is below those that Linux gives to whoever
+    // asks for any, so that nobody has it by chance before the mediator listens.
+    let is_free = |&port: &u16| std::net::TcpListener::bind(("127.0.0.1", port)).is_ok();
+    let port = (20_000..30_000).find(is_free).expect("a free port");
     let own = |text: &str| {
         let mut text = text
             .replace("tls/localhost:7447", &format!("tls/127.0.0.1:{port}"))

@@ -3,7 +3,11 @@
 //! ReachabilityDeadlock, OneSafe, QuasiLiveness, Liveness and StableMarking. Of StableMarking, whether some
 //! place never changes, each place is a question of reachability.
 
+use std::cmp::Reverse;
+use std::num::NonZero;
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread;
 
 use coordination::analysis::{
     Limits, Liveness, Marking, Properties, Reason, Refusal, place_invariants, properties,
@@ -144,32 +148,47 @@ fn number(digits: &str) -> u128 {
 
 #[test]
 fn verdicts_are_those_that_the_contest_publishes() {
-    let mut instances = 0;
-    for published in PUBLISHED {
-        for &(size, states, steps) in published.instances {
-            let name = format!("{} {size}", published.family);
-            let net = (published.net)(size);
-            let asked = changed(&net);
-            let limits = if number(states) < 100_000 {
-                vec![each(), few_together()]
-            } else {
-                vec![together()]
-            };
-            for limits in limits {
-                let found = properties(&net.model(), &[], &limits, &asked);
-                let found = found.unwrap_or_else(|refusal| panic!("{name}: {refusal}"));
-                assert_eq!(found.states, number(states), "states of {name}");
-                assert_eq!(found.steps, number(steps), "steps of {name}");
-                assert_eq!(found.deadlock.is_some(), published.deadlock, "{name}");
-                assert!(found.is_quasi_live(), "{name}");
-                assert_eq!(found.is_live(), published.live, "{name}");
-                let is_stable = found.reached.iter().any(Option::is_none);
-                assert_eq!(is_stable, published.stable, "{name}");
-            }
-            instances += 1;
+    let mut instances: Vec<_> = { PUBLISHED.iter() }
+        .flat_map(|published| published.instances.iter().map(move |own| (published, own)))
+        .collect();
+    assert!(instances.len() >= 20);
+    // Each core takes the next one, the largest first.
+    instances.sort_by_key(|(_, (size, ..))| Reverse(*size));
+    let next = AtomicUsize::new(0);
+    let look = || {
+        while let Some((published, instance)) = instances.get(next.fetch_add(1, Ordering::Relaxed))
+        {
+            verdicts_are_those_published(published, instance);
         }
+    };
+    let cores = thread::available_parallelism().map_or(1, NonZero::get);
+    thread::scope(|scope| {
+        for _ in 0..cores {
+            scope.spawn(look);
+        }
+    });
+}
+
+fn verdicts_are_those_published(published: &Published, &(size, states, steps): &Instance) {
+    let name = format!("{} {size}", published.family);
+    let net = (published.net)(size);
+    let asked = changed(&net);
+    let limits = if number(states) < 100_000 {
+        vec![each(), few_together()]
+    } else {
+        vec![together()]
+    };
+    for limits in limits {
+        let found = properties(&net.model(), &[], &limits, &asked);
+        let found = found.unwrap_or_else(|refusal| panic!("{name}: {refusal}"));
+        assert_eq!(found.states, number(states), "states of {name}");
+        assert_eq!(found.steps, number(steps), "steps of {name}");
+        assert_eq!(found.deadlock.is_some(), published.deadlock, "{name}");
+        assert!(found.is_quasi_live(), "{name}");
+        assert_eq!(found.is_live(), published.live, "{name}");
+        let is_stable = found.reached.iter().any(Option::is_none);
+        assert_eq!(is_stable, published.stable, "{name}");
     }
-    assert!(instances >= 20);
 }
 
 /// The contest hands its nets out as PNML.
