@@ -1,9 +1,9 @@
 //! `rig agreement`: whether stepped runs and runs of the real programs come to the same, seed by seed.
 //!
 //! Each seed that a campaign of the real programs has left is run again on the simulated clock. The order of grants of each
-//! area, what fired in each coordination and in which [order], and what was violated must be the same; durations and lateral errors may differ by what
-//! real threads, a real network and a real kernel make of the times of messages and cycles. Where the machine stalled in the real run
-//! they are not compared, which is said; nor are violations that may come of a stall.
+//! area, what fired in each coordination and in which order, and what was violated must be the same; durations and lateral errors
+//! may differ by what real threads, a real network and a real kernel make of the times of messages and cycles. Where the machine
+//! stalled in the real run they are not compared, which is said; nor are violations that may come of a stall.
 
 mod order;
 #[cfg(test)]
