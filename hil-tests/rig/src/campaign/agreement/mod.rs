@@ -189,8 +189,7 @@ fn compare(nets: &[NetConfig], real: &Summary, stepped: &Summary) -> Pair {
     for (one, other) in real.coordinations.iter().zip(&stepped.coordinations) {
         pair.compared += one.firings.len();
         let touched = Touched::by(nets.iter().find(|own| own.name == one.net));
-        let apart_s = within_s(real.duration_s);
-        if let Some(difference) = touched.difference(&one.firings, &other.firings, apart_s) {
+        if let Some(difference) = touched.difference(&one.firings, &other.firings) {
             let difference = format!("firings of {} {}: {difference}", one.id, one.number);
             pair.differences.push(difference);
         }

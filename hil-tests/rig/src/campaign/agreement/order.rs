@@ -6,6 +6,9 @@ use config::NetConfig;
 
 use crate::summary::FiringSummary;
 
+/// What fires within this time fires at once.
+const AT_ONCE_S: f64 = 0.1;
+
 /// The places that each transition of a net takes tokens from or puts tokens into. Two that have none in common do not depend on
 /// each other: which of them comes first hangs on whose answer is there first, and the net comes to the same.
 pub(super) struct Touched(BTreeMap<String, BTreeSet<String>>);
@@ -29,12 +32,11 @@ impl Touched {
     }
 
     /// Where a real and a stepped run of the net do not agree: something fired more often in one of them, or they have another order of
-    /// two firings that depend on each other, or that both have more than `apart_s` apart.
+    /// two firings that depend on each other, or that neither has at once.
     pub(super) fn difference(
         &self,
         real: &[FiringSummary],
         stepped: &[FiringSummary],
-        apart_s: f64,
     ) -> Option<String> {
         let (firings, others) = (numbered(real), numbered(stepped));
         let places: BTreeMap<Firing, usize> = others.iter().copied().zip(0..).collect();
@@ -54,7 +56,7 @@ impl Touched {
                     stepped[at].at_s - stepped[other_at].at_s,
                 ];
                 let ordered =
-                    self.depend(one.0, other.0) || gaps_s.iter().all(|&gap_s| gap_s > apart_s);
+                    self.depend(one.0, other.0) || gaps_s.iter().all(|&gap_s| gap_s > AT_ONCE_S);
                 if other_at < at && ordered {
                     return Some(format!(
                         "`{}` before `{}` in the real run, after it in the stepped one",
