@@ -74,7 +74,7 @@ impl<T: Clone + Debug + Send + Sync + 'static> Kept<T> {
 
 /// Of all that `Debug` prints: a field that the product gets tomorrow belongs to the state without a change here. Counts for
 /// people decide nothing.
-pub fn key_of(value: &impl Debug) -> u64 {
+fn key_of(value: &impl Debug) -> u64 {
     thread_local! {
         static TEXT: RefCell<String> = const { RefCell::new(String::new()) };
     }

@@ -47,7 +47,7 @@ impl World {
             });
         }
         if matches!(fate, Fate::ReportLate | Fate::ReportTwice) {
-            self.late = Some(Kept::new(Message::Report(report.get().clone())));
+            self.late = Some(Message::Report(report.clone()));
         }
         if fate == Fate::ReportLate {
             return;
@@ -64,9 +64,8 @@ impl World {
                 .iter()
                 .rev()
                 .find(|message| message.get().robot_id == id);
-            let answer = answer.map(|answer| answer.get().clone());
             let number = self.robots[robot].number;
-            self.late = answer.map(|answer| Kept::new(Message::Answer(number, answer)));
+            self.late = answer.map(|answer| Message::Answer(number, answer.clone()));
             if fate == Fate::AnswerLate {
                 messages.retain(|message| message.get().robot_id != id);
             }
@@ -77,18 +76,21 @@ impl World {
     /// What was held back.
     pub(super) fn arrive(&mut self) {
         let Some(late) = self.late.take() else { return };
-        match late.get().clone() {
+        match late {
             Message::Report(mut report) => {
+                let stored = &self.journal.get().stored;
                 if self.limits.without == Some(Rule::Session)
-                    && let Some(own) = self.journal.get().stored.robots.get(&report.robot_id)
+                    && let Some(own) = stored.robots.get(&report.get().robot_id)
                 {
-                    report.session = own.session;
-                    report.boot_epoch = own.boot_epoch;
-                    report.mediator_epoch = self.manager.get().epoch();
-                    report.mediator_instance = u64::from(self.starts);
-                    report.mediator_journal = self.journal.get().stored.journal;
+                    report.change(|report| {
+                        report.session = own.session;
+                        report.boot_epoch = own.boot_epoch;
+                        report.mediator_epoch = self.manager.get().epoch();
+                        report.mediator_instance = u64::from(self.starts);
+                        report.mediator_journal = stored.journal;
+                    });
                 }
-                let messages = self.hear(Kept::new(report));
+                let messages = self.hear(report);
                 self.deliver(messages);
             }
             Message::Answer(robot, mut answer) => {
@@ -96,12 +98,14 @@ impl World {
                 if self.limits.without == Some(Rule::Epoch)
                     && let Some(client) = &self.robots[robot].client
                 {
-                    answer.mediator_epoch = client.get().mediator_epoch();
-                    answer.sequence = 1 << 40;
-                    answer.instance = u64::from(self.starts);
-                    answer.session = client.get().session();
+                    answer.change(|answer| {
+                        answer.mediator_epoch = client.get().mediator_epoch();
+                        answer.sequence = 1 << 40;
+                        answer.instance = u64::from(self.starts);
+                        answer.session = client.get().session();
+                    });
                 }
-                self.receive(robot, &Kept::new(answer));
+                self.receive(robot, &answer);
             }
         }
     }

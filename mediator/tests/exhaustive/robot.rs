@@ -1,16 +1,22 @@
 //! A robot: its process, and its body, which goes on when the process ends.
 
+use std::collections::HashMap;
+use std::sync::{LazyLock, Mutex};
+
 use contract::client::{Client, Situation};
 use contract::timing::{ENTERS_WITHIN_NS, SILENT_AFTER_NS};
 use contract::wire::RobotReport;
 
 use super::action::{AREAS, ROBOTS};
-use super::kept::{Kept, key_of};
+use super::kept::Kept;
 use super::rules::Rule;
 use super::world::{SITE, TICK_NS};
 
 /// The clocks of robots in thousandths of the mediator's speed: as slow and as fast as the contract allows.
 const RATES: [u64; 3] = [980, 1020, 980];
+
+/// Processes that have just started, by their boot epoch: there are few, and each compiles its protocols.
+static STARTED: LazyLock<Mutex<HashMap<u64, Kept<Client>>>> = LazyLock::new(Mutex::default);
 
 #[derive(Clone)]
 pub struct Robot {
@@ -65,7 +71,10 @@ impl Robot {
         self.boots += 1;
         self.is_unaware = self.committed.is_some();
         let boot_epoch = 100 * (u64::from(self.number) + 1) + u64::from(self.boots);
-        self.client = Some(Kept::new(Client::new(self.id(), SITE, boot_epoch)));
+        let mut started = STARTED.lock().expect("no panic");
+        let client = { started.entry(boot_epoch) }
+            .or_insert_with(|| Kept::new(Client::new(self.id(), SITE, boot_epoch)));
+        self.client = Some(client.clone());
     }
 
     /// The way leads through `a` into `b`, and out.
@@ -125,7 +134,19 @@ impl Robot {
         }
     }
 
-    fn situation(&self) -> Situation {
+    /// Bits of the areas in which it stands, where it wants to be, and before which it knows that it can no longer stop: all that its
+    /// [`situation`](Self::situation) is made of.
+    fn places(&self) -> [u8; 3] {
+        let next = self
+            .next()
+            .filter(|_| self.wants)
+            .map_or(0, |area| 1 << area);
+        let committed = { self.committed.filter(|_| !self.is_unaware) };
+        let committed = committed.map_or(0, |(area, _)| 1 << area);
+        [self.body, self.body | next, committed]
+    }
+
+    fn situation([stands_in, wanted, committed]: [u8; 3]) -> Situation {
         let named = |bits: u8| -> Vec<String> {
             let areas = AREAS.iter().enumerate();
             areas
@@ -133,37 +154,31 @@ impl Robot {
                 .map(|(_, id)| (*id).to_owned())
                 .collect()
         };
-        let next = self
-            .next()
-            .filter(|_| self.wants)
-            .map_or(0, |area| 1 << area);
         Situation {
             located: true,
-            stands_in: named(self.body),
-            wanted: named(self.body | next),
-            committed: named(
-                { self.committed.filter(|_| !self.is_unaware) }.map_or(0, |(area, _)| 1 << area),
-            ),
+            stands_in: named(stands_in),
+            wanted: named(wanted),
+            committed: named(committed),
             ..Situation::default()
         }
     }
 
     /// Its process notices where it is, also when nobody hears it.
     pub fn look(&mut self, tick: u8) {
-        let (situation, now_ns) = (self.situation(), self.now_ns(tick));
+        let (places, now_ns) = (self.places(), self.now_ns(tick));
         if let Some(client) = &mut self.client {
-            client.change_by(("looks", key_of(&situation), now_ns), |client| {
-                client.step(situation, now_ns, SILENT_AFTER_NS)
+            client.change_by(("looks", places, now_ns), |client| {
+                client.step(Self::situation(places), now_ns, SILENT_AFTER_NS)
             });
         }
     }
 
     /// The next report of its process.
     pub fn report(&mut self, tick: u8) -> Option<Kept<RobotReport>> {
-        let (situation, now_ns) = (self.situation(), self.now_ns(tick));
-        let what = ("reports", key_of(&situation), now_ns);
+        let (places, now_ns) = (self.places(), self.now_ns(tick));
+        let what = ("reports", places, now_ns);
         let report = self.client.as_mut()?.change_by(what, |client| {
-            client.step(situation, now_ns, SILENT_AFTER_NS);
+            client.step(Self::situation(places), now_ns, SILENT_AFTER_NS);
             Kept::new(client.report())
         });
         self.talked = true;
@@ -172,11 +187,15 @@ impl Robot {
 
     /// The fence of the grant that it has of an area; 0 without one.
     pub fn fence(&self, area: u8) -> u64 {
-        let Some(client) = &self.client else { return 0 };
-        let said = client.get().clone().report().access;
-        let own = said
-            .iter()
-            .find(|access| access.area == AREAS[usize::from(area)]);
-        own.map_or(0, |access| access.fence)
+        let Some(mut client) = self.client.clone() else {
+            return 0;
+        };
+        client.change_by(("fence", area), |client| {
+            let said = client.report().access;
+            let own = said
+                .iter()
+                .find(|access| access.area == AREAS[usize::from(area)]);
+            own.map_or(0, |access| access.fence)
+        })
     }
 }

@@ -147,7 +147,8 @@ impl World {
         }
         if self.limits.faults == 0 && self.journal.get().before.is_some() {
             // Nobody will ask for it any more.
-            self.journal.change(|journal| journal.before = None);
+            self.journal
+                .change_by("is the last", |journal| journal.before = None);
         }
         Some(())
     }

@@ -79,10 +79,20 @@ pub(super) struct Journal {
 }
 
 /// A message that arrives later, or never.
-#[derive(Clone, Debug)]
+#[derive(Clone)]
 pub(super) enum Message {
-    Report(RobotReport),
-    Answer(u8, MediatorReport),
+    Report(Kept<RobotReport>),
+    /// To a robot.
+    Answer(u8, Kept<MediatorReport>),
+}
+
+impl Message {
+    fn key(&self) -> (Option<u8>, u64) {
+        match self {
+            Self::Report(report) => (None, report.key()),
+            Self::Answer(robot, answer) => (Some(*robot), answer.key()),
+        }
+    }
 }
 
 #[derive(Clone)]
@@ -95,7 +105,7 @@ pub struct World {
     /// A journal was lost, or its end: fences may begin anew.
     pub(super) lost: bool,
     pub(super) robots: [Robot; 3],
-    pub(super) late: Option<Kept<Message>>,
+    pub(super) late: Option<Message>,
     /// The last fence by which somebody entered, and who, by area.
     pub(super) fences: [(u64, u8); 2],
     pub(super) wrong: Option<&'static str>,
@@ -164,7 +174,7 @@ impl World {
             said_in.hash(&mut hasher);
             (is_cut, talked, wants, is_through, is_unaware).hash(&mut hasher);
         }
-        let late = self.late.as_ref().map(Kept::key);
+        let late = self.late.as_ref().map(Message::key);
         (self.tick, self.manager.key(), self.journal.key(), late).hash(&mut hasher);
         (
             self.limits.faults,
