@@ -1,7 +1,8 @@
 //! All placements that can be reached.
 
-use std::collections::HashMap;
 use std::rc::Rc;
+
+use hashbrown::HashMap;
 
 use super::control_net::ControlNet;
 use super::floor::Floor;

@@ -19,12 +19,12 @@ impl Floor {
         for (net, own) in self.gates.iter().zip(&mut gates) {
             let robots = 0..self.routes.len();
             let is_empty =
-                |area: &u16| { robots.clone() }.all(|robot| !self.has(state, robot).contains(area));
+                |area: &u16| { robots.clone() }.all(|robot| !self.has_area(state, robot, *area));
             own.begun = own.begun || own.may_begin() && net.governed.iter().all(is_empty);
             if own.begun {
                 net.follow(
                     own,
-                    |robot, area| self.has(state, robot).contains(&area),
+                    |robot, area| self.has_area(state, robot, area),
                     |robot, area| self.stands_in(state, robot).contains(&area),
                     |robot, area| self.asks(state, robot).contains(&area),
                 );
@@ -172,9 +172,8 @@ impl Floor {
             (None, Some(way)) => route.ways[node][usize::from(way)].clone(),
             (None, None) => return,
         };
-        let has = self.has(state, robot);
         let there = &route.areas[usize::from(way.to)];
-        if there.iter().all(|area| has.contains(area)) {
+        if { there.iter() }.all(|area| self.has_area(state, robot, *area)) {
             let mut after = state.clone();
             self.go(&mut after, robot, &way);
             let stays = self.stands_in(state, robot) == there;
@@ -199,15 +198,16 @@ impl Floor {
 
     /// It asks for the areas of a passage.
     fn questions(&self, state: &State, robot: usize, steps: &mut Vec<(Step, State)>) {
-        let (has, asks) = (self.has(state, robot), self.asks(state, robot));
+        let asks = self.asks(state, robot);
         let is_in = |areas: &Areas, area: &usize| areas.contains(&(*area as u16));
+        let has = |robot: usize, area: &usize| self.has_area(state, robot, *area as u16);
         for (number, net) in self.gates.iter().enumerate() {
             let own = &state.gates[number];
             let wants = |other: usize, areas: &[usize]| {
-                let (has, asks) = (self.has(state, other), self.asks(state, other));
+                let asks = self.asks(state, other);
                 areas
                     .iter()
-                    .any(|area| is_in(&has, area) || is_in(&asks, area))
+                    .any(|area| has(other, area) || is_in(&asks, area))
             };
             let Some(role) = net.role_for(own, robot, wants).filter(|_| own.begun) else {
                 continue;
@@ -220,7 +220,7 @@ impl Floor {
                 passage
                     .areas
                     .iter()
-                    .all(|area| is_in(&has, area) || is_in(&asks, area))
+                    .all(|area| has(robot, area) || is_in(&asks, area))
                     && passage.areas.iter().any(|area| is_in(&asks, area))
             });
             if let Some(passage) = passage {

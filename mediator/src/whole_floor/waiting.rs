@@ -29,9 +29,8 @@ impl Floor {
             .collect();
         let lacks: Vec<Areas> = robots
             .map(|robot| {
-                let has = self.has(state, robot);
                 let areas = self.heads_for(state, robot).into_iter().flatten();
-                let lacks = areas.filter(|area| !has.contains(area));
+                let lacks = areas.filter(|area| !self.has_area(state, robot, **area));
                 lacks.copied().collect()
             })
             .collect();
