@@ -211,7 +211,7 @@ impl Claims {
     }
 
     /// Sets `entered`, `released` and `returned` by where the robot stands and what it wants. Returns whether one was set.
-    pub(super) fn follow(&mut self, situation: &Situation, wanted: &[String]) -> bool {
+    pub(super) fn follow(&mut self, situation: &Situation, wanted: &[&str]) -> bool {
         let protocol = &self.protocol;
         let mut news = false;
         for (area, claim) in &mut self.by_area {
@@ -222,7 +222,7 @@ impl Claims {
             let wants = if protocol.is_held(at) && std::mem::take(&mut claim.doubtful) {
                 situation.committed.contains(area)
             } else {
-                wanted.contains(area)
+                wanted.contains(&area.as_str())
             };
             let flag = if at == protocol.granted_at && stands {
                 Some(protocol.entered)
@@ -240,13 +240,13 @@ impl Claims {
     }
 
     /// Asks for what is wanted and was not asked for. Returns whether there was such an area.
-    pub(super) fn request(&mut self, wanted: &[String]) -> bool {
+    pub(super) fn request(&mut self, wanted: &[&str]) -> bool {
         let protocol = &self.protocol;
         let mut news = false;
-        for area in wanted {
+        for &area in wanted {
             let asked = |claim: &Claim| claim.replica.position() != Position::START;
             if !self.by_area.get(area).is_some_and(asked) {
-                let claim = { self.by_area.entry(area.clone()) }
+                let claim = { self.by_area.entry(area.to_owned()) }
                     .or_insert_with(|| Claim::new(begin(&protocol.protocol, ROBOT_PARTY)));
                 news |= claim.replica.set(protocol.request).is_ok();
             }

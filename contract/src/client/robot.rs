@@ -183,42 +183,14 @@ impl Client {
         if !self.situation.located {
             return news;
         }
-        let wanted = self.wanted();
         let situation = &self.situation;
+        let wanted = wanted(situation, self.control.as_mut(), &self.claims);
         news |= (self.revocations).answer(&mut self.claims, situation, &mut self.counters);
         news |= self.claims.follow(situation, &wanted);
         if !self.session.is_mediator_silent(now_ns, silent_after_ns) {
             news |= self.claims.request(&wanted);
         }
         news
-    }
-
-    /// What to ask for and to keep. Others decide about a robot that is acquired.
-    fn wanted(&mut self) -> Vec<String> {
-        let situation = &self.situation;
-        let own = situation.wanted.iter().chain(&situation.committed);
-        let mut wanted: Vec<String> = Vec::new();
-        let mut want = |area: &String| {
-            if !wanted.contains(area) {
-                wanted.push(area.clone());
-            }
-        };
-        match &mut self.control {
-            Some(control) if control.is_acquired() => {
-                // An area that was entered and left is not asked for again.
-                let left: Vec<String> = { control.areas().iter() }
-                    .filter(|area| {
-                        self.claims.is_entered(area) && !situation.stands_in.contains(area)
-                    })
-                    .cloned()
-                    .collect();
-                left.iter().for_each(|area| control.left(area));
-                own.filter(|area| situation.needs(area)).for_each(&mut want);
-                control.areas().iter().for_each(want);
-            }
-            _ => own.for_each(want),
-        }
-        wanted
     }
 
     /// The state machine has fired an output. Returns whether that sets a flag, which is to be reported; what it fires before the
@@ -373,4 +345,33 @@ impl Client {
     pub fn counters(&self) -> ClientCounters {
         self.counters
     }
+}
+
+/// What to ask for and to keep. Others decide about a robot that is acquired.
+fn wanted<'a>(
+    situation: &'a Situation,
+    control: Option<&'a mut Control>,
+    claims: &Claims,
+) -> Vec<&'a str> {
+    let own = situation.wanted.iter().chain(&situation.committed);
+    let mut wanted = Vec::new();
+    let mut want = |area: &'a String| {
+        if !wanted.contains(&area.as_str()) {
+            wanted.push(area.as_str());
+        }
+    };
+    match control {
+        Some(control) if control.is_acquired() => {
+            // An area that was entered and left is not asked for again.
+            let left: Vec<String> = { control.areas().iter() }
+                .filter(|area| claims.is_entered(area) && !situation.stands_in.contains(area))
+                .cloned()
+                .collect();
+            left.iter().for_each(|area| control.left(area));
+            own.filter(|area| situation.needs(area)).for_each(&mut want);
+            control.areas().iter().for_each(want);
+        }
+        _ => own.for_each(want),
+    }
+    wanted
 }

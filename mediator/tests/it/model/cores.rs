@@ -2,8 +2,11 @@
 
 use std::cell::Cell;
 use std::marker::PhantomData;
-use std::sync::{Condvar, Mutex, PoisonError};
+use std::sync::{Condvar, LazyLock, Mutex, PoisonError};
 
+/// Asked for once: it reads files.
+static CORES: LazyLock<usize> =
+    LazyLock::new(|| std::thread::available_parallelism().map_or(1, usize::from));
 static WORKING: Mutex<usize> = Mutex::new(0);
 static ONE_IS_DONE: Condvar = Condvar::new();
 
@@ -22,9 +25,8 @@ impl Core {
         if own > 0 {
             return Self(PhantomData);
         }
-        let cores = std::thread::available_parallelism().map_or(1, usize::from);
         let working = WORKING.lock().unwrap_or_else(PoisonError::into_inner);
-        let free = ONE_IS_DONE.wait_while(working, |working| *working >= cores);
+        let free = ONE_IS_DONE.wait_while(working, |working| *working >= *CORES);
         *free.unwrap_or_else(PoisonError::into_inner) += 1;
         Self(PhantomData)
     }

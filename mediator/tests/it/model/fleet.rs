@@ -508,13 +508,13 @@ impl Fleet {
             3 => 2,
             _ => 1,
         };
-        for _ in 0..copies {
+        for message in std::iter::repeat_n(message, copies) {
             let delay_ms = if random.chance(20) {
                 random.below(LATEST_MS)
             } else {
                 random.below(40)
             };
-            self.network.push((self.now_ms + delay_ms, message.clone()));
+            self.network.push((self.now_ms + delay_ms, message));
         }
     }
 
@@ -608,9 +608,7 @@ impl Fleet {
     fn each_inside<'a>(&'a self, mut add: impl FnMut(usize, &'a str)) {
         // Who was wrong about where it is has given back what it is in.
         for robot in self.robots.iter().filter(|robot| !robot.was_mistaken) {
-            for area in robot.stands_in(&self.floor) {
-                add(area, &robot.id);
-            }
+            robot.each_area(&self.floor, |area| add(area, &robot.id));
         }
         for second in self.seconds.iter().filter(|own| own.is_there) {
             for &area in &self.floor.spots[second.spot] {

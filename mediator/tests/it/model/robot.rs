@@ -196,12 +196,20 @@ impl Robot {
 
     /// Areas that the body reaches into.
     pub fn stands_in(&self, floor: &Floor) -> Vec<usize> {
-        let spots = [Some(self.spot), self.crossing];
-        let areas = spots.iter().flatten().flat_map(|&spot| &floor.spots[spot]);
-        let mut areas: Vec<usize> = areas.copied().collect();
+        let mut areas = Vec::new();
+        self.each_area(floor, |area| areas.push(area));
         areas.sort_unstable();
-        areas.dedup();
         areas
+    }
+
+    /// Each of them, once.
+    pub fn each_area(&self, floor: &Floor, mut add: impl FnMut(usize)) {
+        let here = &floor.spots[self.spot];
+        here.iter().for_each(|&area| add(area));
+        let there = self.crossing.map(|spot| &floor.spots[spot]);
+        let more = there.into_iter().flatten();
+        more.filter(|area| !here.contains(area))
+            .for_each(|&area| add(area));
     }
 
     /// Where its own way leads; from beside the way, back to it.
