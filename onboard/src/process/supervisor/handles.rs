@@ -30,7 +30,7 @@ impl Handle {
         }
     }
 
-    /// Sends a command; a full queue is an error for the log.
+    /// Sends a command. One that finds its queue full is lost, which the log says at once and a fault afterwards.
     pub(super) fn tell(&mut self, command: Command) {
         if self.commands.send(command).is_err() {
             tracing::error!(
@@ -86,6 +86,13 @@ impl Handles {
     /// A command to all.
     pub(super) fn tell_all(&mut self, command: Command) {
         self.0.iter_mut().for_each(|handle| handle.tell(command));
+    }
+
+    /// Commands that found their queue full, since the program began.
+    pub(super) fn refused(&self) -> u64 {
+        { self.0.iter() }
+            .map(|handle| handle.commands.refused())
+            .sum()
     }
 
     /// Whether each of `kinds` is in one of `states`.

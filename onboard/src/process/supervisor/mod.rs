@@ -6,6 +6,7 @@
 mod ending;
 mod handles;
 mod holders;
+mod inheritance;
 mod keeper;
 mod lease;
 mod lending;

@@ -7,13 +7,12 @@ use description::threads::ActivityKind;
 
 use super::handles::{Handle, Handles};
 use super::holders::{Holders, Who};
-use super::keeper::{Keeper, Known};
+use super::keeper::Keeper;
 use super::lease::Lease;
 use super::sent::Sent;
 use super::waiting::Waiting;
 use crate::activities::port::{Command, Report};
 use crate::composition::files::Files;
-use crate::process::checkpoints::{Left, Waited};
 use crate::process::ctl::Pending;
 use crate::process::overruns::{Load, OverrunWatch};
 use crate::process::reload::{RECONFIGURED, Reload, Step, View};
@@ -29,10 +28,6 @@ pub const PERIOD_NS: u64 = 100 * MILLISECOND_NS;
 
 /// Faults that the supervisor finds itself, and by which it stops the robot until a reset.
 pub(super) const STOPS: [Fault; 3] = [Fault::OperatorStop, Fault::Overruns, Fault::ThreadHung];
-
-/// Navigation has heard where the robot was put when it takes it to be so near.
-const PLACED_M: f64 = 0.5;
-const PLACED_RAD: f64 = 0.3;
 
 /// The supervisor.
 pub struct Supervisor {
@@ -54,6 +49,8 @@ pub struct Supervisor {
     log: LogDrain,
     pub(super) reload: Reload,
     pub(super) keeper: Keeper,
+    /// Commands that activities had not taken when it was looked at last.
+    refused: u64,
     pub(super) sent: Option<Sent>,
     pub(super) resets: Waiting,
     pub(super) placings: Waiting,
@@ -97,6 +94,7 @@ impl Supervisor {
             log,
             reload,
             keeper,
+            refused: 0,
             sent: None,
             resets: Waiting::default(),
             placings: Waiting::default(),
@@ -117,35 +115,6 @@ impl Supervisor {
     /// From now on a reload reads these files.
     pub fn reload_from(&mut self, files: Files) {
         self.reload.read_from(files);
-    }
-
-    /// The process before was stopped, or paused, by people, or by a fault that waits for them: so is this one. Where it ended nobody
-    /// knows: this one waits to be told, and only then to be reset, so that a hand may drive it meanwhile.
-    pub fn heed(&mut self, left: &Left, now_ns: u64) {
-        self.operator_paused = left.paused;
-        self.lost = left.lost;
-        if let Some(before) = &left.place {
-            (self.goes_on, self.unmeasured_m) = (true, before.odometry.unmeasured_m);
-        }
-        if left.lost {
-            self.raise(Who::Supervisor, Fault::PlaceUnknown, 0.0, now_ns);
-        } else if left.stopped {
-            self.raise(Who::Supervisor, Fault::OperatorStop, 0.0, now_ns);
-        }
-    }
-
-    /// The robot has ended as it was asked to: the next one begins afresh, and waits for what this one waited for.
-    pub fn arrive(&mut self) {
-        // While the drive is gone nobody knows what is the matter with it: an emergency stop may take its supply.
-        let gone = self.table.state(Fault::BusLost).active != 0;
-        let waited = Waited {
-            for_reset: gone || self.mode_of_itself() == Mode::Stopped,
-            to_resume: self.operator_paused,
-        };
-        // Whoever starts it again knows no better where it is.
-        if !self.is_lost() && self.placed.is_none() {
-            self.keeper.arrive(waited, &self.machine);
-        }
     }
 
     /// Has all activities acquire what they need: the first step of all.
@@ -169,33 +138,18 @@ impl Supervisor {
         self.answer_resets(now_ns);
         self.answer_placings(now_ns);
         self.tell_mode();
+        self.judge_queues(now_ns);
         self.publish(now_ns);
         self.keep(self.mode_to_keep(), now_ns);
         self.judge_keeping(now_ns);
     }
 
-    /// Keeps where the robot is, as one that is in this mode.
-    pub(super) fn keep(&mut self, mode: u64, now_ns: u64) {
-        if let Some(placed) = self.placed {
-            let way = placed.between(self.symbols.whereabouts.read().value.at.pose);
-            let is_there = way.x_m.hypot(way.y_m) < PLACED_M && way.theta_rad.abs() < PLACED_RAD;
-            self.placed = (!is_there).then_some(placed);
-        }
-        let known = Known {
-            mode,
-            paused: self.operator_paused,
-            lost: self.is_lost() || self.placed.is_some(),
-            stopped_by: { self.stopped_by() }.fold(0, |all, fault| all | 1 << fault as u64),
-        };
-        self.keeper.keep(&mut self.symbols, known, now_ns);
-    }
-
-    /// A robot of which a computer that is switched off would know nothing does not drive.
-    fn judge_keeping(&mut self, now_ns: u64) {
-        if self.keeper.is_noted() {
-            self.clear(Who::Supervisor, Fault::NoteUnwritten, now_ns);
-        } else if self.keeper.is_overdue(now_ns) {
-            self.raise(Who::Supervisor, Fault::NoteUnwritten, 0.0, now_ns);
+    /// A command that an activity did not take is lost; what holds is said again.
+    fn judge_queues(&mut self, now_ns: u64) {
+        let refused = self.handles.refused();
+        if refused > std::mem::replace(&mut self.refused, refused) {
+            self.raise(Who::Supervisor, Fault::QueueFull, refused as f64, now_ns);
+            self.clear(Who::Supervisor, Fault::QueueFull, now_ns);
         }
     }
 
@@ -285,14 +239,6 @@ impl Supervisor {
         }
     }
 
-    /// The next process is in nobody's hands.
-    fn mode_to_keep(&self) -> u64 {
-        match self.lease {
-            Some(_) => self.mode_of_itself() as u64,
-            None => self.mode_value.mode,
-        }
-    }
-
     pub(super) fn mode_of_itself(&self) -> Mode {
         if self.stopped_by().next().is_some() {
             Mode::Stopped
@@ -334,7 +280,7 @@ impl Supervisor {
     }
 
     /// Nobody knows where the robot stands: by what the process before has left, or by what the fleet says to that.
-    fn is_lost(&self) -> bool {
+    pub(super) fn is_lost(&self) -> bool {
         self.lost || self.table.state(Fault::PlaceUnknown).active != 0
     }
 

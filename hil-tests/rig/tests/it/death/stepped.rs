@@ -74,6 +74,26 @@ fn a_robot_that_ends_while_its_drive_is_gone_waits_for_an_operator_in_its_next_p
     }
 }
 
+/// Killed, and the drive has kept its power: the next one finds it at its first attempt, as if nothing had been.
+#[test]
+fn a_robot_that_is_killed_while_its_drive_is_gone_waits_for_an_operator_in_its_next_process() {
+    for gone_s in [0.3, 1.5] {
+        let mut bench = Bench::driving();
+        let faults = bench.devices.bus_faults().clone();
+        faults.disappear(0);
+        bench.until_raised(Fault::BusLost, 1.0);
+        bench.watch(gone_s);
+        assert!(!bench.has(Fault::BringUpLimit), "{gone_s} s");
+        faults.reappear(0);
+        bench.begin_again();
+        bench.stands_for(8.0);
+        assert!(bench.has(Fault::OperatorStop), "{gone_s} s");
+        bench.ask(Request::Reset);
+        bench.until_driving();
+        bench.finish();
+    }
+}
+
 /// One that has never had its drive has not begun to look for an emergency stop either.
 #[test]
 fn a_robot_that_ends_before_it_had_its_drive_waits_for_an_operator_in_its_next_process() {

@@ -216,3 +216,24 @@ fn reports_that_pile_up_while_the_supervisor_hangs_take_nothing_back_that_others
     bench.until_driving();
     bench.finish();
 }
+
+/// An operator insists while a thread hangs, whose queue holds 32 commands.
+#[test]
+fn commands_that_a_hung_thread_does_not_take_are_counted() {
+    let mut bench = Bench::driving();
+    bench.hang(&["navigation"]);
+    bench.until_raised(Fault::ThreadHung, FOUND_S);
+    bench.until_standing(3.0);
+    for _ in 0..40 {
+        let (reply, _) = bench.answer_to(Request::Reset);
+        assert!(reply.is_err(), "{reply:?}");
+    }
+    let lost = bench.raised(Fault::QueueFull);
+    assert!((8..40).contains(&lost), "{lost}");
+    bench.hang(&[]);
+    bench.watch(2.0);
+    bench.ask(Request::Reset);
+    bench.until_driving();
+    assert_eq!(bench.raised(Fault::QueueFull), lost);
+    bench.finish();
+}
