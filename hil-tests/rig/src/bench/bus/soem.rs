@@ -6,6 +6,7 @@ use std::rc::Rc;
 use std::time::Duration;
 
 use onboard::cli::Failure;
+use onboard::realtime::latency::keep_cores_awake;
 
 use super::ours::DEADLINE;
 use crate::bench::cycle::Cycle;
@@ -63,6 +64,8 @@ impl Contender for Soem {
             .arg(DEADLINE.as_micros().to_string())
             .arg(place.priority.unwrap_or(0).to_string())
             .arg(place.core.to_string());
+        // As ours has it.
+        let _awake = keep_cores_awake();
         let output = said(&mut command).map_err(Failure::failed)?;
         let said = String::from_utf8_lossy(&output.stdout);
         self.python_ns

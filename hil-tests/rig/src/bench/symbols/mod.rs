@@ -17,7 +17,7 @@ use super::report::{PartReport, Unit, What};
 use super::windows::{Contender, Meter};
 
 /// How many read beside the one who writes.
-const READERS: [usize; 4] = [1, 2, 4, 6];
+const READERS: [usize; 6] = [1, 2, 3, 4, 5, 6];
 
 /// A small value, as a pose is.
 #[derive(Clone, Copy, Debug, Pod, Zeroable)]

@@ -1,6 +1,9 @@
 //! What real-time threads promise (README, "The house"), of a robot that drives for a minute.
 
+use std::fs;
 use std::time::Duration;
+
+use onboard::realtime::latency;
 
 use crate::programs::bench::Bench;
 use crate::programs::figures::added;
@@ -16,11 +19,14 @@ const MOST_FAULTS: u64 = 10;
 #[test]
 fn for_a_minute_no_real_time_thread_allocates_makes_a_foreign_system_call_or_waits_for_a_page() {
     once_more_if_late(|| {
-        let bench = Bench::driving_for_long();
+        let mut bench = Bench::driving_for_long();
         let before = bench.threads();
         let way_m = bench.truth().distance_m;
         std::thread::sleep(MINUTE);
         assert!(bench.truth().distance_m > way_m + 1.0, "it has not driven");
+        if latency::may_forbid().is_ok() {
+            assert!(demands_awake_cores(bench.process().id()));
+        }
         let locked = !bench.log().contains("memory is not");
         if !locked {
             println!("page faults are not judged: memory cannot be locked here");
@@ -41,4 +47,12 @@ fn for_a_minute_no_real_time_thread_allocates_makes_a_foreign_system_call_or_wai
         }
         bench.finish();
     });
+}
+
+/// The kernel keeps cores out of deep sleeps as long as the robot has this file open.
+fn demands_awake_cores(process: u32) -> bool {
+    let files = fs::read_dir(format!("/proc/{process}/fd")).expect("it runs");
+    { files.flatten() }
+        .filter_map(|file| fs::read_link(file.path()).ok())
+        .any(|target| target.as_os_str() == latency::DEVICE)
 }

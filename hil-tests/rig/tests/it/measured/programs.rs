@@ -61,7 +61,7 @@ fn a_short_run_has_a_table_and_json_with_rivals_beside_ours() {
     assert!(json["machine"]["cores"].as_u64() > Some(0) && json["stalls"]["count"].is_u64());
     let parts = &json["parts"];
     assert_eq!(parts.as_array().map(Vec::len), Some(4));
-    for (part, groups) in [("wakeup", 2), ("symbols", 18), ("events", 1), ("work", 5)] {
+    for (part, groups) in [("wakeup", 2), ("symbols", 26), ("events", 1), ("work", 5)] {
         let own = named(parts, "part", part).unwrap_or_else(|| panic!("no {part}"));
         assert!(own["failure"].is_null(), "{own}");
         let found = own["groups"].as_array().map(Vec::len);
