@@ -88,8 +88,9 @@ pub fn words(
 ) -> Vec<Request> {
     let is_any = |kinds: &[Fault]| kinds.iter().any(|&kind| faults.state(kind).active != 0);
     let lost = is_any(&[Fault::PoseUncertain, Fault::PlaceUnknown]);
-    if is_any(&[Fault::DriveStalled]) {
-        // Its drive still says how fast it was: nobody can say where it stands, or on what, before it says that it does.
+    let silent = is_any(&[Fault::BusLost, Fault::OdometrySilent]);
+    if is_any(&[Fault::DriveStalled]) || lost && silent {
+        // Its drive says nothing, or still how fast it was: nobody can say where it stands, or on what, before it says that it does.
         return vec![Request::Reset];
     }
     if lost && !is_any(&[Fault::OperatorStop, Fault::PlaceUnknown]) {

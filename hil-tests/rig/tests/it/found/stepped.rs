@@ -386,3 +386,12 @@ fn a_robot_takes_no_wall_for_nearer_than_it_is_because_it_sees_no_farther() {
         r#"rig scenario overtaking --stepped --seed 86 --fault '{ at_s = 65.46, for_s = 2.212, what = "fill-disk", robot = "amr-1" }'"#,
     );
 }
+
+/// Who says where it stands before its drive answers is refused: its people wait until it does.
+#[test]
+#[ignore = "CI makes these runs"]
+fn a_robot_that_was_asleep_is_placed_once_its_drive_answers() {
+    passes(
+        r#"rig scenario overtaking --stepped --seed 132 --fault '{ at_s = 54.88, for_s = 1.339, what = "sleep", robot = "amr-2" }' --fault '{ at_s = 55.422, for_s = 7.513, what = "hang", robot = "amr-2", thread = "fieldbus" }'"#,
+    );
+}
