@@ -34,7 +34,9 @@ impl Supervisor {
             let is_there = way.x_m.hypot(way.y_m) < PLACED_M && way.theta_rad.abs() < PLACED_RAD;
             self.placed = (!is_there).then_some(placed);
         }
-        let gone = self.drive_gone();
+        // One that never had its drive may begin afresh.
+        let has_begun = self.symbols.odometry.read().stamp_ns != 0;
+        let gone = self.drive_gone().filter(|_| has_begun);
         let waits_for = self.stopped_by().chain(gone);
         let known = Known {
             mode: gone.map_or(mode, |_| Mode::Stopped as u64),
@@ -77,7 +79,7 @@ impl Supervisor {
 
     /// While the drive is gone nobody knows what is the matter with it: an emergency stop may take its supply. A process that ends then
     /// leaves it to people.
-    fn drive_gone(&self) -> Option<Fault> {
+    pub(super) fn drive_gone(&self) -> Option<Fault> {
         let is_gone = self.table.state(Fault::BusLost).active != 0;
         is_gone.then_some(Fault::BusLost)
     }

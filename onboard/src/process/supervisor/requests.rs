@@ -206,9 +206,8 @@ impl Supervisor {
             return;
         }
         // Of a drive that does not answer no fault was reset, and when it is back it may have more.
-        let lost = self.table.state(Fault::BusLost).active != 0;
-        let lost = lost.then_some(Fault::BusLost).into_iter();
-        let remaining: Vec<_> = lost.chain(self.stopped_by()).collect();
+        let gone = self.drive_gone().into_iter();
+        let remaining: Vec<_> = gone.chain(self.stopped_by()).collect();
         // What remains may end by itself, or an activity that was busy may carry the reset out later: none that was refused may have
         // let the robot go on then. One that does not know where it is can be driven by hand, and is paused when that ends; whoever says
         // where it is stops it, too.

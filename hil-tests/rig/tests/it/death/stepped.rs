@@ -110,6 +110,19 @@ fn a_robot_that_ends_before_it_had_its_drive_waits_for_an_operator_in_its_next_p
     bench.finish();
 }
 
+/// Killed before that, as with its computer, it has been nowhere else than at its start.
+#[test]
+fn a_robot_that_is_killed_before_it_had_its_drive_begins_afresh() {
+    let mut bench = Bench::standing();
+    bench.devices.bus_faults().power_off(0);
+    bench.watch(3.0);
+    assert!(bench.has(Fault::BusLost));
+    bench.devices.bus_faults().power_on(0);
+    bench.begin_again();
+    bench.until_driving();
+    bench.finish();
+}
+
 /// Somebody stops it while it waits for its lidar, and switches it off to plug that in.
 #[test]
 fn a_robot_that_is_stopped_before_it_has_begun_is_stopped_in_its_next_process() {
