@@ -1,5 +1,7 @@
 //! How long each value of the table is, on processors of any width: who reads a robot's symbols must find them as they were written.
 //!
+//! All are `Pod`, which leaves no room between fields: where each lies follows from their order and from how long they are.
+//!
 //! A value that grows or shrinks does so here too, on purpose, and so raises the question who else reads it.
 
 use coordination::symbols::Stamped;

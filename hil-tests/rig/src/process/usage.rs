@@ -3,6 +3,10 @@
 use std::fs;
 use std::time::{Duration, Instant};
 
+/// Lines of `/proc/PID/status` (proc_pid_status(5)).
+const RESIDENT: &str = "VmRSS:";
+const LOCKED: &str = "VmLck:";
+
 /// How often the memory is measured.
 const PERIOD: Duration = Duration::from_millis(500);
 
@@ -40,7 +44,7 @@ impl Usage {
         let read = |file: &str| {
             fs::read_to_string(format!("/proc/{}/{file}", self.pid)).unwrap_or_default()
         };
-        if let Some(rss_kib) = resident_kib(&read("status")) {
+        if let Some(rss_kib) = kib(&read("status"), RESIDENT) {
             self.largest_rss_kib = self.largest_rss_kib.max(rss_kib);
         }
         if let Some(ticks) = processor_ticks(&read("stat")) {
@@ -69,8 +73,18 @@ impl Usage {
 /// Resident memory of a process now.
 #[must_use]
 pub fn resident_mib(pid: u32) -> Option<f64> {
+    memory_mib(pid, RESIDENT)
+}
+
+/// How much of its address space a process has locked: all that is resident there stays.
+#[must_use]
+pub fn locked_mib(pid: u32) -> Option<f64> {
+    memory_mib(pid, LOCKED)
+}
+
+fn memory_mib(pid: u32, what: &str) -> Option<f64> {
     let status = fs::read_to_string(format!("/proc/{pid}/status")).ok()?;
-    Some(resident_kib(&status)? as f64 / 1024.0)
+    Some(kib(&status, what)? as f64 / 1024.0)
 }
 
 /// Processor time that a process has had by now, seconds.
@@ -84,10 +98,8 @@ fn seconds(ticks: u64) -> f64 {
     ticks as f64 / rustix::param::clock_ticks_per_second() as f64
 }
 
-fn resident_kib(status: &str) -> Option<u64> {
-    let line = status
-        .lines()
-        .find_map(|line| line.strip_prefix("VmRSS:"))?;
+fn kib(status: &str, what: &str) -> Option<u64> {
+    let line = status.lines().find_map(|line| line.strip_prefix(what))?;
     line.split_whitespace().next()?.parse().ok()
 }
 
@@ -103,7 +115,10 @@ mod tests {
 
     #[test]
     fn the_kernels_formats_are_read() {
-        assert_eq!(resident_kib("Name:\tx\nVmRSS:\t   2048 kB\n"), Some(2048));
+        let status = "Name:\tx\nVmLck:\t 4096 kB\nVmRSS:\t   2048 kB\n";
+        assert_eq!(kib(status, RESIDENT), Some(2048));
+        assert_eq!(kib(status, LOCKED), Some(4096));
+        assert_eq!(kib("Name:\tx\n", LOCKED), None);
         let stat = "12 (a b) c) S 1 2 3 4 5 6 7 8 9 10 30 12 0 0";
         assert_eq!(processor_ticks(stat), Some(42));
         assert_eq!(processor_ticks("nothing"), None);
@@ -115,6 +130,7 @@ mod tests {
         usage.look();
         assert!(usage.largest_rss_mib() > 0.1);
         assert!(resident_mib(std::process::id()).is_some_and(|now_mib| now_mib > 0.1));
+        assert!(locked_mib(std::process::id()).is_some());
         assert!(processor_s(std::process::id()).is_some_and(|now_s| now_s >= 0.0));
     }
 }

@@ -59,6 +59,7 @@ pub fn measure(meter: &Meter, time: Duration, part: &mut PartReport) -> Result<(
     let promises = [Promise(Figure::Max, Most::Value(40.0))];
     let what = What::new("resident memory of a robot that drives", Unit::MiB).promising(&promises);
     meter.alone(part, &what, time / 8, Memory(robot.id()))?;
+    part.notes.push(usage::note(robot.id())?);
     let promises = [Promise(Figure::P50, Most::Value(10.0))];
     let what = What::new("processor time of a robot that drives", Unit::Percent);
     let what = what.promising(&promises);

@@ -7,7 +7,7 @@ use sim::rt::monotonic_ns;
 
 use crate::bench::samples::Sample;
 use crate::bench::windows::Contender;
-use crate::process::usage::{processor_s, resident_mib};
+use crate::process::usage::{locked_mib, processor_s, resident_mib};
 
 /// From one look to the next. The kernel counts processor time in hundredths of a second.
 const LOOK: Duration = Duration::from_millis(500);
@@ -51,6 +51,21 @@ impl Contender for Processor {
     }
 }
 
+/// Whether what a process has stays in memory, in words: only then is what is resident all that it takes.
+///
+/// # Errors
+/// [`Failure::Failed`] when the process has ended.
+pub(super) fn note(pid: u32) -> Result<String, Failure> {
+    let locked_mib = locked_mib(pid).ok_or_else(ended)?;
+    Ok(if locked_mib > 0.0 {
+        format!(
+            "the robot's memory is locked, {locked_mib:.0} MiB of addresses, also those that it has never touched"
+        )
+    } else {
+        "the robot's memory is not locked, so that more of it may be in use than is resident: grant CAP_IPC_LOCK".to_owned()
+    })
+}
+
 /// How often is looked in a time, at least once.
 fn looks(length: Duration) -> u32 {
     (length.as_secs_f64() / LOOK.as_secs_f64()).max(1.0) as u32
@@ -75,6 +90,8 @@ mod tests {
         assert!(measured.iter().all(Result::is_ok), "{measured:?}");
         assert_eq!(samples.len(), 2);
         assert!(samples[0].value > 0.1 && samples[1].value >= 0.0);
+        assert!(note(own).is_ok_and(|note| note.contains("memory is")));
+        assert!(note(u32::MAX).is_err());
         let mut nobody = Memory(u32::MAX);
         assert!(
             nobody

@@ -112,7 +112,8 @@ fn buses_tubes_robots_and_mediators_are_measured_too() {
         );
         let (tubes, _) = groups("tubes");
         check(&tubes[0], "tubes", &["brute force"]);
-        let (robot, _) = groups("robot");
+        let (robot, notes) = groups("robot");
+        assert!(notes.contains("the robot's memory is"), "{notes}");
         let units: Vec<_> = robot.iter().map(|group| &group["unit"]).collect();
         assert_eq!(units, ["s", "ms", "MiB", "% of a core"]);
         robot.iter().for_each(|group| check(group, "onboard", &[]));

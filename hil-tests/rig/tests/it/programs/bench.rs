@@ -332,12 +332,15 @@ impl Drop for Bench {
         if std::thread::panicking() && self.starts > 0 {
             let log = self.log();
             late::note(&log);
+            let lidar = self.devices.lidar.counters();
+            late::note_missed_turns(lidar.missed_turns);
             if self.truth().collisions > 0 {
                 late::note_unsafe();
             }
             let lines: Vec<&str> = log.lines().collect();
             let tail = &lines[lines.len().saturating_sub(LOG_LINES)..];
             eprintln!("truth: {:?}", self.truth());
+            eprintln!("the lidar: {lidar:?}");
             eprintln!("the robot's log:\n{}", tail.join("\n"));
         }
     }

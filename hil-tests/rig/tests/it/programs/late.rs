@@ -23,6 +23,8 @@ const MOST_WAITS: u32 = 20;
 
 thread_local! {
     static SLOWED: Cell<bool> = const { Cell::new(false) };
+    /// A simulated device was late.
+    static DEVICE: Cell<bool> = const { Cell::new(false) };
     /// Something happened for which no stall is an excuse.
     static UNSAFE: Cell<bool> = const { Cell::new(false) };
 }
@@ -40,6 +42,13 @@ pub fn note(log: &str) {
 /// Threads of a robot were late.
 pub fn note_late() {
     SLOWED.set(true);
+}
+
+/// Takes note of the turns that a simulated lidar missed because its own thread was not run: no robot has a part in that.
+pub fn note_missed_turns(turns: u64) {
+    if turns > 0 {
+        DEVICE.set(true);
+    }
 }
 
 /// Whatever the machine did: this test is not repeated, should it fail.
@@ -86,6 +95,7 @@ fn once_more(
 ) {
     let start_ns = monotonic_ns();
     SLOWED.set(false);
+    DEVICE.set(false);
     UNSAFE.set(false);
     let Err(cause) = catch_unwind(&test) else {
         return;
@@ -97,15 +107,23 @@ fn once_more(
     let thread = std::thread::current();
     let name = thread.name().unwrap_or("a test");
     // Not by a macro, whose words nobody sees where the repetition passes.
-    let _ = writeln!(std::io::stderr(), "{name}: spoiled, {stalls}; once more");
+    let device = if DEVICE.get() {
+        ", and the simulated lidar missed a turn"
+    } else {
+        ""
+    };
+    let _ = writeln!(
+        std::io::stderr(),
+        "{name}: spoiled, {stalls}{device}; once more"
+    );
     wait_for_quiet();
     test();
 }
 
-/// Whether the machine may be to blame: it stalled for long, or it stalled and threads of the robot were late. Late threads alone are
-/// no excuse: they may be the robot's own fault.
+/// Whether the machine may be to blame: it stalled for long, or kept a simulated device from its time, or it stalled and threads of the
+/// robot were late. Late threads of a robot alone are no excuse: they may be the robot's own fault.
 fn is_excused(stalls: &Stalls) -> bool {
-    stalls.spoil() || SLOWED.get() && stalls.count > 0
+    stalls.spoil() || DEVICE.get() || SLOWED.get() && stalls.count > 0
 }
 
 fn wait_for_quiet(watch: &StallWatch) {
@@ -164,6 +182,23 @@ fn a_test_that_a_stall_spoiled_runs_once_more() {
     };
     once_more(recovers, long, || {});
     assert_eq!(RUNS.get(), 2);
+}
+
+#[test]
+fn a_test_whose_simulated_lidar_was_late_runs_once_more() {
+    fn runs_of(turns: u64) -> u32 {
+        RUNS.set(0);
+        let test = || {
+            RUNS.set(RUNS.get() + 1);
+            note_missed_turns(turns);
+            panic!("on purpose");
+        };
+        let failed = catch_unwind(|| once_more(test, |_| Stalls::default(), || {}));
+        assert!(failed.is_err());
+        RUNS.get()
+    }
+    assert_eq!(runs_of(2), 2);
+    assert_eq!(runs_of(0), 1, "the one before was another test");
 }
 
 #[test]
