@@ -130,7 +130,8 @@ fn wait_for_quiet(watch: &StallWatch) {
     for _ in 0..MOST_WAITS {
         let since_ns = monotonic_ns();
         std::thread::sleep(QUIET);
-        if watch.since(since_ns).count < QUIET_STALLS {
+        let stalls = watch.since(since_ns);
+        if stalls.count < QUIET_STALLS && !stalls.spoil() {
             return;
         }
     }

@@ -1,6 +1,9 @@
 //! A watch of the rig's own: tells a machine that stalls from a program that is late.
 //!
-//! On every core a thread above all others sleeps a millisecond at a time. What it oversleeps, nobody on that core had.
+//! On every core a thread above all others sleeps a millisecond at a time. What it oversleeps, nobody on that core had. One more thread
+//! sends bytes through a terminal, as a lidar does: what the kernel keeps for long, no robot could have had.
+
+mod terminal;
 
 use std::fmt;
 use std::fs;
@@ -10,15 +13,26 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError, Weak};
 
 use onboard::realtime::clock::sleep_until;
 use onboard::symbols::faults::Fault;
+use rustix::event::Timespec;
 use rustix::thread::{CpuSet, sched_setaffinity};
 use serde::{Deserialize, Serialize};
 use sim::rt::{monotonic_ns, promote};
 
+use self::terminal::Terminal;
 use crate::threads::Threads;
 
 const PERIOD_NS: u64 = 1_000_000;
 /// What is overslept by more is a stall.
 pub(crate) const STALL_NS: u64 = 5_000_000;
+/// From one byte through the terminal to the next.
+const BYTES_NS: u64 = 10_000_000;
+/// A byte that takes longer is a stall: half of what a lidar takes for a turn.
+const BYTE_STALL_NS: u64 = 50_000_000;
+/// No longer is a byte waited for: what stops the watch waits for that too.
+const BYTE_TIMEOUT: Timespec = Timespec {
+    tv_sec: 2,
+    tv_nsec: 0,
+};
 /// A stall this long costs a robot what it judges itself by: frames, setpoints, scans.
 const SPOILS_MS: f64 = 15.0;
 /// Above every thread of robots and devices.
@@ -39,7 +53,7 @@ pub const LATCHES: [Fault; 5] = [
 /// How often and how long the machine stalled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stalls {
-    /// Times that a core was gone for more than 5 ms.
+    /// Times that a core was gone for more than 5 ms, or that the kernel kept a terminal's byte for more than 50 ms.
     pub count: usize,
     /// The longest, milliseconds.
     pub longest_ms: f64,
@@ -83,12 +97,15 @@ pub struct StallWatch {
     steal_ms: f64,
 }
 
-/// A thread for each core, and what they saw.
+/// When each stall ended, and how long it was, nanoseconds.
+type Seen = Mutex<Vec<(u64, u64)>>;
+
+/// A thread for each core and one for a terminal, and what they saw.
 #[derive(Default)]
 struct Watching {
-    /// When each stall ended, and how long it was, nanoseconds.
-    seen: Arc<Mutex<Vec<(u64, u64)>>>,
-    _threads: Threads,
+    cores: Arc<Seen>,
+    terminal: Arc<Seen>,
+    threads: Threads,
 }
 
 impl StallWatch {
@@ -127,8 +144,9 @@ impl StallWatch {
     /// Stalls that ended at or after a time.
     #[must_use]
     pub fn since(&self, start_ns: u64) -> Stalls {
-        let seen = self.threads.seen();
-        let of = seen.iter().filter(|(end_ns, _)| *end_ns >= start_ns);
+        let seen = [&self.threads.cores, &self.threads.terminal].map(|seen| lock(seen));
+        let all = seen.iter().flat_map(|seen| seen.iter());
+        let of = all.filter(|(end_ns, _)| *end_ns >= start_ns);
         let longest_ns = of.clone().map(|(_, length_ns)| *length_ns).max();
         Stalls {
             count: of.count(),
@@ -137,10 +155,10 @@ impl StallWatch {
         }
     }
 
-    /// From when to when it stalled, each, for stalls that ended at or after a time.
+    /// From when to when a core was gone, each, for stalls that ended at or after a time.
     #[must_use]
     pub fn spans_since(&self, start_ns: u64) -> Vec<Range<u64>> {
-        let seen = self.threads.seen();
+        let seen = lock(&self.threads.cores);
         let of = seen.iter().filter(|(end_ns, _)| *end_ns >= start_ns);
         of.map(|&(end_ns, length_ns)| end_ns - length_ns..end_ns)
             .collect()
@@ -149,18 +167,23 @@ impl StallWatch {
     /// Whether the machine stalled at any time from one to another.
     #[must_use]
     pub fn stalled(&self, from_ns: u64, to_ns: u64) -> bool {
-        let seen = self.threads.seen();
-        seen.iter()
-            .any(|&(end_ns, length_ns)| end_ns >= from_ns && end_ns - length_ns <= to_ns)
+        [&self.threads.cores, &self.threads.terminal]
+            .into_iter()
+            .any(|seen| {
+                lock(seen)
+                    .iter()
+                    .any(|&(end_ns, length_ns)| end_ns >= from_ns && end_ns - length_ns <= to_ns)
+            })
     }
 }
 
 impl Watching {
     fn start() -> std::io::Result<Self> {
-        let (seen, mut threads) = (Arc::<Mutex<Vec<_>>>::default(), Threads::default());
+        let mut watching = Self::default();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         for core in 0..cores {
-            let seen = Arc::clone(&seen);
+            let seen = Arc::clone(&watching.cores);
+            let threads = &mut watching.threads;
             threads.spawn(format!("stalls-{core}"), move |stop| {
                 let mut own = CpuSet::new();
                 own.set(core);
@@ -170,36 +193,61 @@ impl Watching {
                 look(&seen, stop, monotonic_ns, sleep_until);
             })?;
         }
-        Ok(Self {
-            seen,
-            _threads: threads,
-        })
+        let (terminal, seen) = (Terminal::open()?, Arc::clone(&watching.terminal));
+        let threads = &mut watching.threads;
+        threads.spawn("stalls-terminal".to_owned(), move |stop| {
+            let _ = promote(PRIORITY);
+            let pass_byte = || terminal.pass_byte(BYTE_TIMEOUT).is_ok();
+            send_bytes(&seen, stop, (monotonic_ns, sleep_until), pass_byte);
+        })?;
+        Ok(watching)
     }
+}
 
-    fn seen(&self) -> MutexGuard<'_, Vec<(u64, u64)>> {
-        self.seen.lock().unwrap_or_else(PoisonError::into_inner)
+fn lock(seen: &Seen) -> MutexGuard<'_, Vec<(u64, u64)>> {
+    seen.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+fn note(seen: &Seen, end_ns: u64, length_ns: u64) {
+    let mut seen = lock(seen);
+    if seen.len() < MOST {
+        seen.push((end_ns, length_ns));
     }
 }
 
 /// Looks at a clock and sleeps on it until it is told to stop.
-fn look(
-    seen: &Mutex<Vec<(u64, u64)>>,
-    stop: &AtomicBool,
-    now_ns: impl Fn() -> u64,
-    sleep_until: impl Fn(u64),
-) {
+fn look(seen: &Seen, stop: &AtomicBool, now_ns: impl Fn() -> u64, sleep_until: impl Fn(u64)) {
     let mut next_ns = now_ns();
     while !stop.load(Ordering::Relaxed) {
         next_ns += PERIOD_NS;
         sleep_until(next_ns);
         let now_ns = now_ns();
         if now_ns > next_ns + STALL_NS {
-            let mut seen = seen.lock().unwrap_or_else(PoisonError::into_inner);
-            if seen.len() < MOST {
-                seen.push((now_ns, now_ns - next_ns));
-            }
+            note(seen, now_ns, now_ns - next_ns);
         }
         next_ns = next_ns.max(now_ns);
+    }
+}
+
+/// Sends bytes through a terminal until it is told to stop, or the terminal fails.
+fn send_bytes(
+    seen: &Seen,
+    stop: &AtomicBool,
+    (now_ns, sleep_until): (impl Fn() -> u64, impl Fn(u64)),
+    pass_byte: impl Fn() -> bool,
+) {
+    let mut next_ns = now_ns();
+    while !stop.load(Ordering::Relaxed) {
+        let sent_ns = now_ns();
+        if !pass_byte() {
+            return;
+        }
+        let arrived_ns = now_ns();
+        if arrived_ns > sent_ns + BYTE_STALL_NS {
+            note(seen, arrived_ns, arrived_ns - sent_ns);
+        }
+        next_ns = (next_ns + BYTES_NS).max(arrived_ns);
+        sleep_until(next_ns);
     }
 }
 
@@ -223,7 +271,7 @@ mod tests {
     /// A watch without threads, begun at a time, that saw these stalls.
     fn watch(start_ns: u64, seen: &[(u64, u64)]) -> StallWatch {
         let threads = Watching::default();
-        threads.seen().extend(seen);
+        lock(&threads.cores).extend(seen);
         StallWatch {
             start_ns,
             ..StallWatch::of(Arc::new(threads))
@@ -269,6 +317,35 @@ mod tests {
         let seen = seen.into_inner().expect("not poisoned");
         let expected = [(1015 * MS, 7 * MS), (1048 * MS + MS / 2, 31 * MS)];
         assert_eq!(seen, expected);
+    }
+
+    #[test]
+    fn a_byte_that_the_kernel_keeps_is_a_stall() {
+        const MS: u64 = 1_000_000;
+        let take_ms = [1, 50, 51, 2000];
+        let (clock_ns, sent) = (Cell::new(1000 * MS), Cell::new(0));
+        let (seen, stop) = (Mutex::default(), AtomicBool::new(false));
+        let sleep_until = |until_ns: u64| clock_ns.set(until_ns.max(clock_ns.get()));
+        let pass_byte = || {
+            clock_ns.set(clock_ns.get() + take_ms[sent.get()] * MS);
+            sent.set(sent.get() + 1);
+            stop.store(sent.get() == take_ms.len(), Ordering::Relaxed);
+            true
+        };
+        send_bytes(&seen, &stop, (|| clock_ns.get(), sleep_until), pass_byte);
+        let expected = [(1111 * MS, 51 * MS), (3111 * MS, 2000 * MS)];
+        assert_eq!(*lock(&seen), expected);
+        // One that the kernel has taken away is not waited for.
+        send_bytes(&seen, &AtomicBool::new(false), (|| 0, |_| ()), || false);
+
+        let threads = Watching::default();
+        lock(&threads.terminal).extend(expected);
+        let watch = StallWatch::of(Arc::new(threads));
+        let all = watch.since(0);
+        assert_eq!((all.count, all.longest_ms, all.spoil()), (2, 2000.0, true));
+        assert!(watch.stalled(1100 * MS, 1101 * MS) && !watch.stalled(0, 1059 * MS));
+        // No core was gone.
+        assert_eq!(watch.spans_since(0).first(), None);
     }
 
     #[test]
