@@ -80,6 +80,7 @@ fn a_lidar_that_is_not_there_is_bad_with_what_should_be() {
         "kernel",
         "PREEMPT_RT",
         "throttling",
+        "autogroups",
         "real-time priority",
         "governor",
         "room on disk",

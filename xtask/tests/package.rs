@@ -90,6 +90,7 @@ fn the_computer_is_prepared_as_far_as_it_can_be() {
         .having("chrt", 0)
         .with("etc/onboard/robot.toml", robot)
         .with("proc/interrupts", table)
+        .with("proc/sys/kernel/sched_autogroup_enabled", "1\n")
         .with(&governor(0), "powersave\n")
         // Where nothing can be written, not even by root.
         .with(&(governor(1) + "/file"), "");
@@ -99,6 +100,8 @@ fn the_computer_is_prepared_as_far_as_it_can_be() {
     assert!(done.status.success(), "{said}");
     let set = fs::read_to_string(computer.path(&governor(0))).expect("written");
     assert_eq!(set, "performance\n");
+    let autogroups = computer.path("proc/sys/kernel/sched_autogroup_enabled");
+    assert_eq!(fs::read_to_string(autogroups).expect("written"), "0\n");
     assert!(
         said.contains("cpu1/cpufreq/scaling_governor takes no"),
         "{said}"

@@ -1,4 +1,4 @@
-//! The kernel: its age, whether it is one for real time, what it takes from real-time threads, its clock.
+//! The kernel: its age, whether it is one for real time, what it takes from real-time threads and from its own, its clock.
 
 use std::path::Path;
 use std::time::Duration;
@@ -31,6 +31,7 @@ pub fn findings(computer: &Computer) -> Vec<Finding> {
         release(computer),
         preemption(computer),
         throttling(computer),
+        autogroups(computer),
         clock(computer),
         absolute_sleep(),
         sleeping(computer),
@@ -92,6 +93,22 @@ fn throttling(computer: &Computer) -> Finding {
             }
         }
         _ => Finding::unknown(SUBJECT, "the kernel does not tell"),
+    }
+}
+
+/// Whether threads of the kernel share the cores with whole sessions (sched(7)). One of them hands on the lidar's bytes, at no real-time
+/// priority: on a kernel 6.18 whose cores two sessions kept busy it was seen to wait for two seconds, and for 10 ms without autogroups.
+fn autogroups(computer: &Computer) -> Finding {
+    const SUBJECT: &str = "autogroups";
+    const KEY: &str = "kernel.sched_autogroup_enabled";
+    match computer.number("/proc/sys/kernel/sched_autogroup_enabled") {
+        Some(1..) => Finding::weak(
+            SUBJECT,
+            "on: the kernel's thread that hands on the lidar's bytes may wait for a busy session",
+            "off",
+        )
+        .with(format!("sudo sysctl -w {KEY}=0")),
+        _ => Finding::good(SUBJECT, "off"),
     }
 }
 
@@ -223,6 +240,21 @@ mod tests {
             throttling(&Fake::new().computer()).verdict,
             Verdict::Unknown
         );
+    }
+
+    #[test]
+    fn autogroups_are_weak_where_there_are_any() {
+        const FILE: &str = "/proc/sys/kernel/sched_autogroup_enabled";
+        let of = |on: &str| autogroups(&Fake::new().with(FILE, on).computer());
+        assert_eq!(of("0\n").verdict, Verdict::Good);
+        let found = of("1\n");
+        let command = "sudo sysctl -w kernel.sched_autogroup_enabled=0";
+        assert_eq!(
+            (found.verdict, found.command.as_deref()),
+            (Verdict::Weak, Some(command))
+        );
+        let without = autogroups(&Fake::new().computer());
+        assert_eq!(without.verdict, Verdict::Good);
     }
 
     #[test]
