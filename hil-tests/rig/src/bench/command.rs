@@ -43,7 +43,7 @@ pub fn bench(options: &Options) -> Result<(), Failure> {
 }
 
 fn measured(options: &Options, asked_to_end: &AtomicBool) -> Result<Report, Failure> {
-    let watch = StallWatch::start().map_err(Failure::refused)?;
+    let watch = StallWatch::of_cores().map_err(Failure::refused)?;
     let meter = Meter {
         watch: &watch,
         long: options.long,

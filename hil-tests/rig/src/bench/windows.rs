@@ -192,7 +192,7 @@ mod tests {
                 fails_after,
             }) as Box<dyn Contender>
         });
-        let watch = StallWatch::start().expect("threads");
+        let watch = StallWatch::of_cores().expect("threads");
         let meter = Meter {
             watch: &watch,
             long: false,
@@ -259,7 +259,7 @@ mod tests {
             }
         }
 
-        let watch = StallWatch::start().expect("threads");
+        let watch = StallWatch::of_cores().expect("threads");
         let meter = Meter {
             watch: &watch,
             long: false,

@@ -90,7 +90,7 @@ impl fmt::Display for Stalls {
     }
 }
 
-/// Watches until it is dropped. All of a process look through the same threads.
+/// Watches until it is dropped. All of a process look through the same threads, those that the first one of them has started.
 pub struct StallWatch {
     threads: Arc<Watching>,
     start_ns: u64,
@@ -114,11 +114,23 @@ impl StallWatch {
     /// # Errors
     /// The operating system's.
     pub fn start() -> std::io::Result<Self> {
+        Self::shared(Watching::start)
+    }
+
+    /// The same of cores alone, for who measures microseconds: bytes through a terminal take some.
+    ///
+    /// # Errors
+    /// The operating system's.
+    pub fn of_cores() -> std::io::Result<Self> {
+        Self::shared(Watching::of_cores)
+    }
+
+    fn shared(start: fn() -> std::io::Result<Watching>) -> std::io::Result<Self> {
         static SHARED: Mutex<Weak<Watching>> = Mutex::new(Weak::new());
         let mut shared = SHARED.lock().unwrap_or_else(PoisonError::into_inner);
         let threads = match shared.upgrade() {
             Some(threads) => threads,
-            None => Arc::new(Watching::start()?),
+            None => Arc::new(start()?),
         };
         *shared = Arc::downgrade(&threads);
         Ok(Self::of(threads))
@@ -178,7 +190,7 @@ impl StallWatch {
 }
 
 impl Watching {
-    fn start() -> std::io::Result<Self> {
+    fn of_cores() -> std::io::Result<Self> {
         let mut watching = Self::default();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         for core in 0..cores {
@@ -193,13 +205,21 @@ impl Watching {
                 look(&seen, stop, monotonic_ns, sleep_until);
             })?;
         }
-        let (terminal, seen) = (Terminal::open()?, Arc::clone(&watching.terminal));
-        let threads = &mut watching.threads;
-        threads.spawn("stalls-terminal".to_owned(), move |stop| {
-            let _ = promote(PRIORITY);
-            let pass_byte = || terminal.pass_byte(BYTE_TIMEOUT).is_ok();
-            send_bytes(&seen, stop, (monotonic_ns, sleep_until), pass_byte);
-        })?;
+        Ok(watching)
+    }
+
+    fn start() -> std::io::Result<Self> {
+        let mut watching = Self::of_cores()?;
+        // Where no terminal is to be had, no lidar is simulated either.
+        if let Ok(terminal) = Terminal::open() {
+            let seen = Arc::clone(&watching.terminal);
+            let work = move |stop: &AtomicBool| {
+                let _ = promote(PRIORITY);
+                let pass_byte = || terminal.pass_byte(BYTE_TIMEOUT).is_ok();
+                send_bytes(&seen, stop, (monotonic_ns, sleep_until), pass_byte);
+            };
+            watching.threads.spawn("stalls-terminal".to_owned(), work)?;
+        }
         Ok(watching)
     }
 }
