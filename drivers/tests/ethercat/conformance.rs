@@ -146,6 +146,40 @@ fn a_raw_link() {
     });
 }
 
+#[test]
+fn frames_that_nobody_takes_are_lost_and_those_after_them_arrive() {
+    with_own_network(|| {
+        let segment = segment([Mirror::default()]);
+        let _server = serve_raw(SEGMENT, segment, ServeOptions::default()).unwrap();
+        let mut link = RawLink::open(MAIN_DEVICE).unwrap();
+        let mut buffer = [0; 1514];
+        // Again and again, so that whatever holds them is gone through to its end and from its begin.
+        for _ in 0..5 {
+            let sent = 1000;
+            for number in 0..sent {
+                link.send(&frame(number as u8)).unwrap();
+            }
+            let mut received = 0u64;
+            while link
+                .receive(&mut buffer, monotonic_ns() + 100_000_000)
+                .unwrap()
+                .is_some()
+            {
+                // The first of them, in their order.
+                assert!(received >= 100 || buffer[17] == received as u8);
+                received += 1;
+            }
+            assert!((100..=sent).contains(&received), "{received}");
+        }
+        // A buffer that is too short gets the begin.
+        link.send(&frame(1)).unwrap();
+        let deadline_ns = monotonic_ns() + ANSWER_US * 1000;
+        let length = link.receive(&mut buffer[..20], deadline_ns).unwrap();
+        assert_eq!((length, buffer[17]), (Some(20), 1));
+        conforms(&mut link);
+    });
+}
+
 /// On a real bus with one SubDevice: `ETHERCAT_INTERFACE=eth0 cargo test -p drivers -- --ignored a_real_link`.
 #[test]
 #[ignore = "needs a real SubDevice"]

@@ -2,6 +2,7 @@
 
 mod link;
 mod raw;
+mod ring;
 mod socket;
 mod udp;
 

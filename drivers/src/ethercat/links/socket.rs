@@ -48,15 +48,37 @@ impl Socket {
                 Err(Errno::INTR) => continue,
                 Err(error) => return Err(error.into()),
             }
-            let Some(left) = left_until(deadline_ns) else {
+            if !self.poll(deadline_ns)?.0 {
                 return Ok(None);
-            };
-            let mut wanted = [PollFd::from_borrowed_fd(self.0.as_fd(), PollFlags::IN)];
-            match poll(&mut wanted, Some(&left)) {
-                // The deadline, or data, or an error that `recv` reports.
-                Ok(_) | Err(Errno::INTR) => {}
-                Err(error) => return Err(error.into()),
             }
+        }
+    }
+
+    /// Waits until there may be something in a ring of received frames. `false` at the deadline.
+    ///
+    /// # Errors
+    /// The link's.
+    pub fn wait(&self, deadline_ns: u64) -> io::Result<bool> {
+        let (waits, events) = self.poll(deadline_ns)?;
+        if events.contains(PollFlags::ERR)
+            && let Err(error) = rustix::net::recv(&self.0, &mut [0; 0], RecvFlags::DONTWAIT)
+            && error != Errno::WOULDBLOCK
+        {
+            return Err(error.into());
+        }
+        Ok(waits)
+    }
+
+    /// Waits for data or for an error that `recv` reports. `false` when the deadline had come before.
+    fn poll(&self, deadline_ns: u64) -> io::Result<(bool, PollFlags)> {
+        let Some(left) = left_until(deadline_ns) else {
+            return Ok((false, PollFlags::empty()));
+        };
+        let mut wanted = [PollFd::from_borrowed_fd(self.0.as_fd(), PollFlags::IN)];
+        match poll(&mut wanted, Some(&left)) {
+            Ok(_) => Ok((true, wanted[0].revents())),
+            Err(Errno::INTR) => Ok((true, PollFlags::empty())),
+            Err(error) => Err(error.into()),
         }
     }
 }
