@@ -49,7 +49,12 @@ impl Ring {
             )
         };
         if memory == libc::MAP_FAILED {
-            return Err(io::Error::last_os_error());
+            let error = io::Error::last_os_error();
+            // Else the socket would go on to receive where nobody looks.
+            // SAFETY: a structure of numbers, for which zero is valid: no ring.
+            let none: libc::tpacket_req = unsafe { std::mem::zeroed() };
+            let _ = set(socket, libc::PACKET_RX_RING, &none);
+            return Err(error);
         }
         let memory = NonNull::new(memory.cast()).ok_or(io::ErrorKind::OutOfMemory)?;
         Ok(Self { memory, next: 0 })

@@ -48,7 +48,7 @@ impl Socket {
                 Err(Errno::INTR) => continue,
                 Err(error) => return Err(error.into()),
             }
-            if !self.poll(deadline_ns)?.0 {
+            if self.poll(deadline_ns)?.is_none() {
                 return Ok(None);
             }
         }
@@ -59,25 +59,27 @@ impl Socket {
     /// # Errors
     /// The link's.
     pub fn wait(&self, deadline_ns: u64) -> io::Result<bool> {
-        let (waits, events) = self.poll(deadline_ns)?;
+        let Some(events) = self.poll(deadline_ns)? else {
+            return Ok(false);
+        };
         if events.contains(PollFlags::ERR)
             && let Err(error) = rustix::net::recv(&self.0, &mut [0; 0], RecvFlags::DONTWAIT)
             && error != Errno::WOULDBLOCK
         {
             return Err(error.into());
         }
-        Ok(waits)
+        Ok(true)
     }
 
-    /// Waits for data or for an error that `recv` reports. `false` when the deadline had come before.
-    fn poll(&self, deadline_ns: u64) -> io::Result<(bool, PollFlags)> {
+    /// Waits for data or for an error that `recv` reports. `None` when the deadline had come before.
+    fn poll(&self, deadline_ns: u64) -> io::Result<Option<PollFlags>> {
         let Some(left) = left_until(deadline_ns) else {
-            return Ok((false, PollFlags::empty()));
+            return Ok(None);
         };
         let mut wanted = [PollFd::from_borrowed_fd(self.0.as_fd(), PollFlags::IN)];
         match poll(&mut wanted, Some(&left)) {
-            Ok(_) => Ok((true, wanted[0].revents())),
-            Err(Errno::INTR) => Ok((true, PollFlags::empty())),
+            Ok(_) => Ok(Some(wanted[0].revents())),
+            Err(Errno::INTR) => Ok(Some(PollFlags::empty())),
             Err(error) => Err(error.into()),
         }
     }

@@ -156,7 +156,7 @@ impl StallWatch {
     /// Stalls that ended at or after a time.
     #[must_use]
     pub fn since(&self, start_ns: u64) -> Stalls {
-        let seen = [&self.threads.cores, &self.threads.terminal].map(|seen| lock(seen));
+        let seen = self.threads.all();
         let all = seen.iter().flat_map(|seen| seen.iter());
         let of = all.filter(|(end_ns, _)| *end_ns >= start_ns);
         let longest_ns = of.clone().map(|(_, length_ns)| *length_ns).max();
@@ -179,17 +179,17 @@ impl StallWatch {
     /// Whether the machine stalled at any time from one to another.
     #[must_use]
     pub fn stalled(&self, from_ns: u64, to_ns: u64) -> bool {
-        [&self.threads.cores, &self.threads.terminal]
-            .into_iter()
-            .any(|seen| {
-                lock(seen)
-                    .iter()
-                    .any(|&(end_ns, length_ns)| end_ns >= from_ns && end_ns - length_ns <= to_ns)
-            })
+        let seen = self.threads.all();
+        let mut all = seen.iter().flat_map(|seen| seen.iter());
+        all.any(|&(end_ns, length_ns)| end_ns >= from_ns && end_ns - length_ns <= to_ns)
     }
 }
 
 impl Watching {
+    fn all(&self) -> [MutexGuard<'_, Vec<(u64, u64)>>; 2] {
+        [&self.cores, &self.terminal].map(|seen| lock(seen))
+    }
+
     fn of_cores() -> std::io::Result<Self> {
         let mut watching = Self::default();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
