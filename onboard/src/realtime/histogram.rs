@@ -60,6 +60,18 @@ impl Histogram {
         *bucket = bucket.saturating_add(1);
     }
 
+    /// What was recorded since this was `before`; its longest duration is known as closely as its quantiles.
+    #[must_use]
+    pub fn since(&self, before: &Self) -> Self {
+        let added = |bucket: usize| self.buckets[bucket].saturating_sub(before.buckets[bucket]);
+        let longest = (0..BUCKETS).rev().find(|&bucket| added(bucket) > 0);
+        Self {
+            count: self.count.saturating_sub(before.count),
+            max_ns: longest.map_or(0, |bucket| upper_edge_ns(bucket).min(self.max_ns)),
+            buckets: std::array::from_fn(added),
+        }
+    }
+
     /// How many durations were recorded.
     #[must_use]
     pub fn count(&self) -> u64 {
@@ -120,6 +132,25 @@ mod tests {
             (empty.count(), empty.max_ns(), empty.quantile_ns(0.99)),
             (0, 0, 0)
         );
+    }
+
+    #[test]
+    fn what_was_recorded_since_is_told_apart_from_what_was_before() {
+        let mut before = Histogram::default();
+        for duration_ns in [1_000, 9_000_000] {
+            before.record(duration_ns);
+        }
+        let mut now = before;
+        for duration_ns in [300, 300, 5_000] {
+            now.record(duration_ns);
+        }
+        let since = now.since(&before);
+        assert_eq!(since.count(), 3);
+        assert!((300..320).contains(&since.quantile_ns(0.5)));
+        assert!((5_000..5_320).contains(&since.max_ns()));
+        assert_eq!(since.quantile_ns(1.0), since.max_ns());
+        let nothing = now.since(&now);
+        assert_eq!((nothing.count(), nothing.max_ns()), (0, 0));
     }
 
     proptest! {

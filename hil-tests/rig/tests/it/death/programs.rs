@@ -10,7 +10,7 @@ use rustix::process::{Signal, kill_process};
 use sim::rt::monotonic_ns;
 
 use crate::programs::bench::Bench;
-use crate::programs::figures::all_keep_their_time;
+use crate::programs::figures::{LATE_BESIDE_OTHERS_US, all_are_punctual, all_keep_their_time};
 use crate::programs::held::HeldThread;
 use crate::programs::late::once_more_if_late;
 use crate::programs::watch::SURELY_STANDS;
@@ -175,7 +175,9 @@ fn a_log_that_nobody_takes_holds_up_nothing() {
             waiting + FREE_BYTES >= rustix::pipe::fcntl_getpipe_size(&log).expect("a pipe") as u64
         });
         std::thread::sleep(Duration::from_secs(1));
-        all_keep_their_time(&before, &bench.threads());
+        let after = bench.threads();
+        all_keep_their_time(&before, &after);
+        all_are_punctual(&before, &after, LATE_BESIDE_OTHERS_US);
         bench.is_stopped(Duration::from_millis(250), |bench| bench.ask("stop"));
         bench.ask("reset");
         bench.until_driving();

@@ -8,7 +8,9 @@ use rig::bench::place::{Place, cores};
 use rig::threads::Threads;
 
 use crate::programs::bench::Bench;
-use crate::programs::figures::{all_are_punctual, all_keep_their_time};
+use crate::programs::figures::{
+    LATE_ALONE_US, LATE_BESIDE_OTHERS_US, all_are_punctual, all_keep_their_time,
+};
 use crate::programs::held::HeldThread;
 use crate::programs::late::once_more_if_late;
 use crate::programs::watch::SURELY_STANDS;
@@ -60,7 +62,7 @@ fn work_of_others_on_the_same_cores_does_not_hold_it_up() {
         assert!(!bench.publishes("overruns") && !bench.publishes("command-stale"));
         let after = bench.threads();
         all_keep_their_time(&before, &after);
-        all_are_punctual(&after);
+        all_are_punctual(&before, &after, LATE_ALONE_US);
         drop(hogs);
         bench.finish();
     });
@@ -91,7 +93,9 @@ fn a_disk_that_hangs_costs_no_thread_its_time_and_stops_it_since_it_would_be_for
         let held = HeldThread::at_its_disk(bench.process().id(), "checkpoint");
         bench.until_published("note-unwritten", STOPS_WITHIN);
         bench.until_standing(SURELY_STANDS);
-        all_keep_their_time(&before, &bench.threads());
+        let after = bench.threads();
+        all_keep_their_time(&before, &after);
+        all_are_punctual(&before, &after, LATE_BESIDE_OTHERS_US);
         drop(held);
         bench.until_driving();
         bench.finish();
@@ -106,7 +110,9 @@ fn a_network_that_hangs_costs_no_thread_its_time_and_stops_it_since_nobody_hears
         let held = HeldThread::of(bench.process().id(), "communication");
         bench.until_standing(STOPS_WITHIN);
         bench.stands_for(Duration::from_secs(1));
-        all_keep_their_time(&before, &bench.threads());
+        let after = bench.threads();
+        all_keep_their_time(&before, &after);
+        all_are_punctual(&before, &after, LATE_BESIDE_OTHERS_US);
         drop(held);
         goes_on(&mut bench);
         bench.finish();

@@ -8,7 +8,9 @@ use rig::run::Ending;
 use rustix::process::{Pid, Signal, kill_process};
 use serde_json::Value as Json;
 
-use crate::programs::figures::{ThreadFigures, all_keep_their_time};
+use crate::programs::figures::{
+    LATE_BESIDE_OTHERS_US, ThreadFigures, all_are_punctual, all_keep_their_time,
+};
 use crate::programs::fleet::{Bench, Run, has, overtaking, waits};
 use crate::programs::late::once_more_if_late;
 
@@ -155,6 +157,7 @@ fn a_mediator_that_hangs_costs_no_robot_its_time() {
         );
         for (before, after) in before.iter().zip(&threads()) {
             all_keep_their_time(before, after);
+            all_are_punctual(before, after, LATE_BESIDE_OTHERS_US);
         }
         signal_mediator(&bench.run, Signal::CONT);
         bench.until("both hear it again", START, |run| {
