@@ -59,7 +59,7 @@ impl Meter<'_> {
         self.take_turns(part, what, (time, Duration::MAX), contenders)
     }
 
-    /// Measures what has no rival for so long, and no window begins later, however long they take.
+    /// Measures what has no rival for so long, at least once, and no other window begins later, however long they take.
     ///
     /// # Errors
     /// As of [`Contender::window`].
@@ -88,7 +88,7 @@ impl Meter<'_> {
             .collect();
         let mut window = Vec::new();
         'rounds: for round in 0..rounds {
-            if began.elapsed() >= most {
+            if round > 0 && began.elapsed() >= most {
                 break;
             }
             let mut order: Vec<usize> = (0..contenders.len()).collect();

@@ -221,6 +221,7 @@ impl WallMatcher {
             self.beams.push(Beam {
                 end,
                 range_std_m,
+                range_std_share: range_std_m * per_range_1_m,
                 wall: chosen.map(|(wall, _)| wall as u32),
                 gate_m: chosen.map_or(0.0, |(_, gate_m)| gate_m),
             });

@@ -258,7 +258,7 @@ impl ScriptedKind {
     }
 
     /// Whether a robot may take its pose, by no fault of its own, for another than it is: what tells it how its wheels turn, or where
-    /// walls are, is wrong or late, or somebody tells it.
+    /// walls are, is wrong or late, or somebody tells it. Late threads are none: what is measured has the time of its measurement.
     pub(super) fn misleads(self) -> bool {
         matches!(
             self,
@@ -269,8 +269,6 @@ impl ScriptedKind {
                 | Self::FreezeLidar
                 | Self::AgeScans
                 | Self::DelayScans
-                | Self::LateThreads
-                | Self::Overload
                 | Self::Place
         )
     }

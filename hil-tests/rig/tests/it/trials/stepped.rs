@@ -73,11 +73,9 @@ fn neither_late_threads_nor_lost_frames_turn_what_a_robot_believes() {
     let robot = &outcome.robots[0];
     assert!(robot.ethercat.lost_frames > 1000, "{outcome:?}");
     let figures = robot.figures.as_ref().expect("it was looked at");
-    // A pose with the stamp of another time was 2 degrees off while the robot turned.
-    assert!(
-        figures.max_heading_error_rad.to_degrees() < 0.8,
-        "{outcome:?}"
-    );
+    // A pose with the stamp of another time was 2 degrees off while the robot turned. One that is never off was not judged.
+    let heading_deg = figures.max_heading_error_rad.to_degrees();
+    assert!((0.01..0.8).contains(&heading_deg), "{outcome:?}");
 }
 
 #[test]
