@@ -145,6 +145,7 @@ impl Case {
             way: { keys.way }
                 .then(|| Direction::drawn(if keys.by_s { whole } else { by }))
                 .flatten(),
+            mediator: None,
         })
     }
 

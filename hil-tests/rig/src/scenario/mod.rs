@@ -18,7 +18,9 @@ mod problem;
 mod recovery;
 
 pub use clutter::{Boxes, Clutter, People, Vehicle};
-pub use fault::{Direction, GRAVITY_M_S2, SUPERVISOR, ScriptedFault, ScriptedKind, Stopping};
+pub use fault::{
+    Direction, GRAVITY_M_S2, SUPERVISOR, ScriptedFault, ScriptedKind, Stopping, WhichMediator,
+};
 pub(crate) use fault::{OVERLOADED_BY_S, STARTED_AGAIN_S};
 pub use goal::{Goal, Places, Stop};
 pub use limits::Limits;

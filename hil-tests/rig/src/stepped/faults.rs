@@ -6,8 +6,10 @@ use sim::world::{Mechanics, Random};
 
 use super::clock::START_NS;
 pub use super::late::Lateness;
+use super::split::splits;
 use crate::scenario::{
     Direction, GRAVITY_M_S2, OVERLOADED_BY_S, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind,
+    WhichMediator,
 };
 
 /// Faults come from the seed, apart from everything else.
@@ -41,6 +43,7 @@ pub fn drawn(scenario: &Scenario, seed: u64) -> Vec<ScriptedFault> {
     let mut faults: Vec<ScriptedFault> = (0..count)
         .map(|_| draw(scenario, managed, &mut random))
         .collect();
+    faults.extend(splits(scenario, seed, &faults));
     faults.sort_by(|a, b| a.at_s.total_cmp(&b.at_s));
     faults
 }
@@ -108,6 +111,7 @@ fn draw(scenario: &Scenario, managed: bool, random: &mut Random) -> ScriptedFaul
             [forward * FASTEST[0], turning * FASTEST[1]].map(|wanted| (wanted * 1e3).round() / 1e3)
         }),
         way: { keys.way }.then(|| Direction::drawn(alone)).flatten(),
+        mediator: None,
     }
 }
 
@@ -366,11 +370,16 @@ impl Schedule {
         }
     }
 
-    /// What happens to messages of a robot that go this way.
-    pub(super) fn weather(&self, robot: usize, way: Direction) -> Weather {
+    /// What happens to messages of a robot that go this way, from or to this mediator if not to everybody.
+    pub(super) fn weather(
+        &self,
+        robot: usize,
+        way: Direction,
+        mediator: Option<WhichMediator>,
+    ) -> Weather {
         let mut weather = Weather::default();
         let own = self.lasting().filter(|own| own.concerns(robot));
-        for own in own.filter(|own| own.fault.way.is_none_or(|own| own == way)) {
+        for own in own.filter(|own| own.fault.meets(way, mediator)) {
             let share = own.fault.share.unwrap_or(0.0);
             match own.fault.what {
                 ScriptedKind::Lose => weather.lost = weather.lost.max(share),

@@ -29,7 +29,7 @@ use crate::folder::Folder;
 use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
 use crate::run::LOOK_NS;
-use crate::scenario::{Direction, Scenario, ScriptedKind};
+use crate::scenario::{Direction, Scenario, ScriptedKind, WhichMediator};
 use crate::stand_ins::caretaker::Caretaker;
 use crate::stand_ins::clutter::furnish;
 use crate::testbed::{drawn_starts, plain_world, start_delays_ns};
@@ -267,7 +267,7 @@ impl<'a> Stepped<'a> {
             let mediator = match message.kind {
                 MessageKind::Report => &mut self.mediator,
                 MessageKind::SecondReport => &mut self.second_mediator,
-                MessageKind::Answer => {
+                MessageKind::Answer | MessageKind::SecondAnswer => {
                     if let Ok(answer) = decode::<MediatorReport>(&message.bytes) {
                         self.observations.delivered(&answer, now_ns);
                     }
@@ -328,26 +328,33 @@ impl<'a> Stepped<'a> {
             MessageKind::Report | MessageKind::SecondReport => decode::<RobotReport>(bytes)
                 .map(|report| observations.report(&report, now_ns))
                 .is_ok(),
-            MessageKind::Answer => decode::<MediatorReport>(bytes)
+            MessageKind::Answer | MessageKind::SecondAnswer => decode::<MediatorReport>(bytes)
                 .map(|answer| observations.answer(&answer, now_ns))
                 .is_ok(),
         };
         if !understood {
             observations.note_malformed(now_ns);
         }
-        let way = match message.kind {
-            MessageKind::Answer => Direction::ToRobots,
-            _ => Direction::ToMediator,
-        };
-        let weather = self.faults.weather(message.robot, way);
         if message.kind == MessageKind::Report && self.second_mediator.is_some() {
             let kind = MessageKind::SecondReport;
             let second = Message {
                 kind,
                 ..message.clone()
             };
-            self.network.send(second, weather, now_ns);
+            self.carry(second, now_ns);
         }
+        self.carry(message, now_ns);
+    }
+
+    fn carry(&mut self, message: Message, now_ns: u64) {
+        let (way, mediator) = match message.kind {
+            MessageKind::State => (Direction::ToMediator, None),
+            MessageKind::Report => (Direction::ToMediator, Some(WhichMediator::First)),
+            MessageKind::SecondReport => (Direction::ToMediator, Some(WhichMediator::Second)),
+            MessageKind::Answer => (Direction::ToRobots, Some(WhichMediator::First)),
+            MessageKind::SecondAnswer => (Direction::ToRobots, Some(WhichMediator::Second)),
+        };
+        let weather = self.faults.weather(message.robot, way, mediator);
         self.network.send(message, weather, now_ns);
     }
 

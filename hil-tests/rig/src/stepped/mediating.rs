@@ -20,7 +20,7 @@ const END_STREAM: u64 = 0x454E_4453;
 impl Stepped<'_> {
     /// Both mediators go on, and what they say leaves.
     pub(super) fn step_mediator(&mut self, now_ns: u64) -> Result<(), Failure> {
-        let mut answers = Vec::new();
+        let (mut answers, mut second_answers) = (Vec::new(), Vec::new());
         let full = self.faults.lasts(ScriptedKind::FullDisk, None);
         self.disk.fill(full);
         let held_up = HeldUp {
@@ -38,7 +38,7 @@ impl Stepped<'_> {
         }
         let second = { self.second_mediator.iter_mut() }.map(|own| (own, held_up));
         for (mediator, held_up) in second {
-            mediator.cycle(now_ns, held_up, |answer| answers.push(answer))?;
+            mediator.cycle(now_ns, held_up, |answer| second_answers.push(answer))?;
         }
         let status = self
             .mediator
@@ -50,12 +50,15 @@ impl Stepped<'_> {
         }
         // Before what follows from it is heard.
         self.note_cleared(now_ns);
-        for answer in answers {
+        let answers = answers.into_iter().map(|own| (MessageKind::Answer, own));
+        let second_answers =
+            { second_answers.into_iter() }.map(|own| (MessageKind::SecondAnswer, own));
+        for (kind, answer) in answers.chain(second_answers) {
             let robot = { self.robots.iter() }.position(|member| member.id == answer.robot_id);
             if let Some(robot) = robot {
                 let message = Message {
                     robot,
-                    kind: MessageKind::Answer,
+                    kind,
                     bytes: answer.encode_to_vec(),
                 };
                 self.send(message, now_ns);

@@ -57,6 +57,7 @@ mod requests;
 mod robot;
 mod running;
 mod sending_on;
+mod split;
 mod start;
 mod thread;
 mod to_end;

@@ -37,6 +37,8 @@ pub(super) enum MessageKind {
     SecondReport,
     /// Of the mediator to a robot.
     Answer,
+    /// The same of the second mediator.
+    SecondAnswer,
 }
 
 /// The network.
@@ -159,7 +161,11 @@ impl Network {
     pub(super) fn arrived(&mut self, now_ns: u64) -> Option<Message> {
         loop {
             let message = self.next_arrived(now_ns)?;
-            if message.kind != MessageKind::Answer || self.put(&message) {
+            let answers = matches!(
+                message.kind,
+                MessageKind::Answer | MessageKind::SecondAnswer
+            );
+            if !answers || self.put(&message) {
                 return Some(message);
             }
         }

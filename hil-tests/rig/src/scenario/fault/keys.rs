@@ -17,7 +17,7 @@ pub struct Keys {
     pub pose: bool,
     /// `motion`, needed.
     pub motion: bool,
-    /// `way`, possible.
+    /// `way` and `mediator`, possible.
     pub way: bool,
 }
 

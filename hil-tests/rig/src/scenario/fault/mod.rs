@@ -46,6 +46,9 @@ pub struct ScriptedFault {
     /// Of messages only those that go this way.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub way: Option<Direction>,
+    /// Of messages only those to or from this mediator, where there are two.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub mediator: Option<WhichMediator>,
 }
 
 /// Which way messages go.
@@ -56,6 +59,25 @@ pub enum Direction {
     ToMediator,
     /// What the mediator says.
     ToRobots,
+}
+
+/// One of two mediators.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum WhichMediator {
+    /// That of the scenario.
+    First,
+    /// That of `second-mediator` or `copied-mediator`.
+    Second,
+}
+
+impl WhichMediator {
+    fn name(self) -> &'static str {
+        match self {
+            Self::First => "first",
+            Self::Second => "second",
+        }
+    }
 }
 
 impl Direction {
@@ -82,6 +104,13 @@ impl ScriptedFault {
     #[must_use]
     pub fn until_s(&self) -> f64 {
         self.at_s + self.for_s
+    }
+
+    /// Whether it meets messages that go this way, from or to this mediator if not to everybody.
+    #[must_use]
+    pub fn meets(&self, way: Direction, mediator: Option<WhichMediator>) -> bool {
+        self.way.is_none_or(|own| own == way)
+            && self.mediator.is_none_or(|own| Some(own) == mediator)
     }
 
     /// Whether a robot may take its pose for another than it is because of it. A clock misleads nobody that is as good as any in a computer.
@@ -127,6 +156,7 @@ impl ScriptedFault {
         key("pose", self.pose.is_some(), keys.pose, false);
         key("motion", self.motion.is_some(), keys.motion, keys.motion);
         key("way", self.way.is_some(), keys.way, false);
+        key("mediator", self.mediator.is_some(), keys.way, false);
         const FARTHEST: f64 = 1000.0;
         let near = |value: &f64| value.abs() <= FARTHEST;
         if let Some(pose) = self.pose.filter(|pose| !pose.iter().all(near)) {
@@ -196,6 +226,9 @@ impl fmt::Display for ScriptedFault {
         }
         if let Some(way) = self.way {
             write!(f, ", way = {:?}", way.name())?;
+        }
+        if let Some(mediator) = self.mediator {
+            write!(f, ", mediator = {:?}", mediator.name())?;
         }
         f.write_str(" }")
     }

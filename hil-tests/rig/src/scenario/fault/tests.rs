@@ -75,6 +75,7 @@ fn keys_that_do_not_belong_are_named() {
         pose: Some([0.0, f64::NAN, 0.0]),
         motion: Some([9.0, 0.0]),
         way: Some(Direction::ToRobots),
+        mediator: Some(WhichMediator::Second),
     };
     assert_eq!(
         fault.complaints(&[("amr-1", vec!["motion"])]),
@@ -87,6 +88,7 @@ fn keys_that_do_not_belong_are_named() {
             "found `pose`, expected none for this fault",
             "found `motion`, expected none for this fault",
             "found `way`, expected none for this fault",
+            "found `mediator`, expected none for this fault",
             "found pose = [0.0, NaN, 0.0], expected metres, metres and degrees, each from -1000 to 1000",
             "found motion = [9.0, 0.0], expected metres and radians per second, each from -3 to 3",
         ]
@@ -100,6 +102,7 @@ fn keys_that_do_not_belong_are_named() {
         pose: None,
         motion: None,
         way: None,
+        mediator: None,
         ..fault
     };
     assert_eq!(

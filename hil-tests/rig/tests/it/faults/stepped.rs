@@ -48,6 +48,7 @@ fn fault(what: ScriptedKind) -> ScriptedFault {
         pose: None,
         motion: None,
         way: None,
+        mediator: None,
     }
 }
 

@@ -85,6 +85,7 @@ fn a_robot_that_is_started_again_after_a_panic_waits_for_an_operator() {
             pose: None,
             motion: None,
             way: None,
+            mediator: None,
         }];
         let (_, summary) = crate::stepped::ended(&scenario, &crate::stepped::plans(&scenario), 3);
         assert!(summary.passed(), "{thread}: {summary:?}");
