@@ -6,7 +6,7 @@ use serde_json::Value as Json;
 use crate::figures::{Figures, or_infinite};
 use crate::machine::Machine;
 use crate::percentile::Ranked;
-use crate::stalls::{LATCHES, Stalls};
+use crate::stalls::{LongStall, Stalls};
 use crate::violation::ViolationKind;
 
 /// Outcome of a run that reached all goals.
@@ -22,6 +22,9 @@ pub struct Summary {
     /// The robots' fault that nobody was to clear, where one ended the run.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub stranded_by: Option<String>,
+    /// Since when the robot had it, seconds since the start.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub stranded_since_s: Option<f64>,
     /// Decides wheel errors, start offsets and noise.
     pub seed: u64,
     /// From the first robot's start to the end.
@@ -30,6 +33,9 @@ pub struct Summary {
     pub machine: Machine,
     /// How often and how long the machine stalled; none on the simulated clock.
     pub stalls: Option<Stalls>,
+    /// When it stalled for so long that the run may be spoiled; a stall of several cores counts for each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub long_stalls: Vec<LongStall>,
     /// The run before this one, if a stall of the machine spoiled it: this one is its repetition.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spoiled: Option<Spoiled>,
@@ -278,20 +284,6 @@ impl Summary {
         self.is_done() && self.violations.is_empty()
     }
 
-    /// The stalls that may be to blame for what went wrong; none: the run passed, no stall was long enough, or something happened
-    /// for which nothing is an excuse, such as a collision or a latch that lateness cannot cause.
-    #[must_use]
-    pub fn spoiled_by(&self) -> Option<Stalls> {
-        let latch = self.stranded_by.as_deref();
-        let latched_late =
-            latch.is_none_or(|latch| LATCHES.into_iter().any(|own| own.name() == latch));
-        let hit_nothing = self.robots.iter().all(|robot| robot.collisions == 0);
-        let mut violations = self.violations.iter();
-        let braked_late = violations.all(|own| own.kind.may_come_of_a_stall());
-        let excused = !self.passed() && latched_late && hit_nothing && braked_late;
-        self.stalls.filter(|stalls| excused && stalls.spoil())
-    }
-
     /// How many violations there were, to be said after the outcome; empty without any.
     #[must_use]
     pub fn with_violations(&self) -> String {
@@ -334,49 +326,6 @@ impl Latency {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    #[test]
-    fn a_stall_excuses_what_late_threads_cost_and_nothing_else() {
-        let of = |kinds: &[ViolationKind]| Summary {
-            outcome: DONE.to_owned(),
-            stalls: Some(Stalls {
-                count: 1,
-                longest_ms: 31.0,
-                steal_ms: 0.0,
-            }),
-            violations: { kinds.iter() }
-                .map(|&kind| Violation {
-                    kind,
-                    robot: "amr-1".to_owned(),
-                    at_s: 1.0,
-                    detail: String::new(),
-                })
-                .collect(),
-            ..Summary::default()
-        };
-        let spoiled = |kinds: &[ViolationKind]| of(kinds).spoiled_by().is_some();
-        assert!(!spoiled(&[]), "it passed");
-        assert!(spoiled(&[ViolationKind::Clearance, ViolationKind::Heading]));
-        assert!(!spoiled(&[
-            ViolationKind::Heading,
-            ViolationKind::TwoOwners
-        ]));
-        for kind in [ViolationKind::EntryWithoutGrant, ViolationKind::RobotEnd] {
-            assert!(!spoiled(&[kind]), "{kind}");
-        }
-        let stuck = Summary {
-            outcome: "not complete".to_owned(),
-            ..of(&[])
-        };
-        assert!(stuck.spoiled_by().is_some());
-        for (latch, expected) in [("overruns", true), ("motors-off", false), ("panic", false)] {
-            let stranded = Summary {
-                stranded_by: Some(latch.to_owned()),
-                ..stuck.clone()
-            };
-            assert_eq!(stranded.spoiled_by().is_some(), expected, "{latch}");
-        }
-    }
 
     #[test]
     fn percentiles_are_by_nearest_rank() {

@@ -112,6 +112,7 @@ mod tests {
             count: 1,
             longest_ms: 6.0,
             steal_ms: 20.0,
+            ..Stalls::default()
         };
         let promises = [
             Promise(Figure::P99, Most::TimesRival(0.4)),

@@ -13,8 +13,8 @@ pub enum Ending {
     TooSlow,
     /// No robot has moved for the scenario's longest standstill.
     Standstill,
-    /// A robot has a fault, named here, that only an operator can clear, and that no operator is to clear.
-    Stranded(&'static str),
+    /// A robot has had a fault, named here, since this time, that only an operator can clear, and that no operator is to clear.
+    Stranded(&'static str, u64),
     /// A robot ended by itself.
     RobotEnded(String, ExitStatus),
     /// The mediator ended by itself.

@@ -11,7 +11,7 @@ use crate::belief::Belief;
 use crate::judge::Waiting;
 use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
-use crate::stalls::Stalls;
+use crate::stalls::StallWatch;
 use crate::summary::{MediatorSummary, RobotSummary};
 use crate::violation::ViolationKind;
 
@@ -92,8 +92,8 @@ pub trait Execution {
     /// The mediator's processes; none without a mediator.
     fn mediator(&self) -> Option<MediatorRuns>;
 
-    /// How often and how long the machine stalled; none on a simulated clock.
-    fn stalls(&self) -> Option<Stalls> {
+    /// Who saw how the machine stalled; none on a simulated clock.
+    fn stall_watch(&self) -> Option<&StallWatch> {
         None
     }
 

@@ -8,6 +8,7 @@ use crate::network::mediator_status::CoordinationSeen;
 use crate::network::observations::Observations;
 use crate::record::{Record, RobotRecord, Span, StateChange, Wait};
 use crate::scenario::Player;
+use crate::stalls::{LongStall, StallWatch};
 use crate::summary::{
     AreaSummary, CoordinationSummary, DONE, FiringSummary, Holding, Latency, PartSummary,
     RobotSummary, Summary,
@@ -24,17 +25,27 @@ pub fn record<E: Execution>(run: &Run<E>, ending: &Ending) -> Record {
         .stage
         .heard(|observations| Heard::of(observations, &seconds));
     let mediator = run.stage.mediator();
+    let stranded = match ending {
+        Ending::Stranded(fault, since_ns) => Some((*fault, seconds(*since_ns))),
+        _ => None,
+    };
+    let watch = run.stage.stall_watch();
     let summary = Summary {
         scenario: run.scenario.name.clone(),
         outcome: in_words(run, ending),
-        stranded_by: match ending {
-            Ending::Stranded(fault) => Some((*fault).to_owned()),
-            _ => None,
-        },
+        stranded_by: stranded.map(|(fault, _)| fault.to_owned()),
+        stranded_since_s: stranded.map(|(_, since_s)| since_s),
         seed: run.seed,
         duration_s: seconds(now_ns),
         machine: Machine::here(),
-        stalls: run.stage.stalls(),
+        stalls: watch.map(StallWatch::stalls),
+        long_stalls: { watch.into_iter() }
+            .flat_map(StallWatch::long)
+            .map(|stall| LongStall {
+                from_s: seconds(stall.start),
+                to_s: seconds(stall.end),
+            })
+            .collect(),
         spoiled: None,
         robots: { 0..run.tracks.len() }
             .map(|robot| robot_summary(run, robot))
@@ -225,7 +236,7 @@ fn in_words<E: Execution>(run: &Run<E>, ending: &Ending) -> String {
             "no robot has moved for {} s",
             run.scenario.standstill_s
         )),
-        Ending::Stranded(fault) => not_complete(format!(
+        Ending::Stranded(fault, _) => not_complete(format!(
             "fault {fault} waits for an operator, after {:.0} s",
             run.stage.seconds(run.stage.now_ns())
         )),

@@ -7,6 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use onboard::cli::Failure;
 
 use crate::output::make_folder;
+use crate::stalls::{LATCHES, LATCHES_WITHIN_NS, Stalls, VIOLATES_WITHIN_NS};
 use crate::summary::{Spoiled, Summary};
 
 /// Folder, in that of the run, for what a spoiled run left.
@@ -25,7 +26,7 @@ pub(super) fn repeated(
     // What an earlier run left must not be taken for this one's.
     let _ = fs::remove_dir_all(out.join(SPOILED));
     let (summary, success) = once(None)?;
-    let spoiled = summary.spoiled_by().filter(|_| success.is_err());
+    let spoiled = spoiled_by(&summary).filter(|_| success.is_err());
     let Some(stalls) = spoiled.filter(|_| !asked_to_end.load(Ordering::Relaxed)) else {
         return success;
     };
@@ -41,6 +42,28 @@ pub(super) fn repeated(
         stalls,
     };
     once(Some(spoiled))?.1
+}
+
+/// The stalls that may be to blame for what went wrong; none: the run passed, no stall was long enough, or something happened for which
+/// nothing is an excuse, such as a collision or a latch that lateness cannot cause. What went wrong at a time of its own, violations and
+/// latches, must have come soon after a stall; for goals that were not reached one at any time will do.
+fn spoiled_by(summary: &Summary) -> Option<Stalls> {
+    let stalls = summary.stalls.filter(Stalls::spoil)?;
+    let near = |at_s: f64, within_ns: u64| {
+        let mut long = summary.long_stalls.iter();
+        long.any(|stall| stall.is_near(at_s, within_ns))
+    };
+    let since_s = summary.stranded_since_s;
+    let latched_late = summary.stranded_by.as_deref().is_none_or(|latch| {
+        LATCHES.into_iter().any(|own| own.name() == latch)
+            && since_s.is_some_and(|since_s| near(since_s, LATCHES_WITHIN_NS))
+    });
+    let hit_nothing = summary.robots.iter().all(|robot| robot.collisions == 0);
+    let mut violations = summary.violations.iter();
+    let braked_late =
+        violations.all(|own| own.kind.may_come_of_a_stall() && near(own.at_s, VIOLATES_WITHIN_NS));
+    let excused = !summary.passed() && latched_late && hit_nothing && braked_late;
+    excused.then_some(stalls)
 }
 
 /// Moves what a run has left out of the way of the next one.
@@ -62,8 +85,9 @@ mod tests {
     use super::*;
     use crate::folder::Folder;
     use crate::output::write;
-    use crate::stalls::Stalls;
-    use crate::summary::{DONE, RobotSummary};
+    use crate::stalls::LongStall;
+    use crate::summary::{DONE, RobotSummary, Violation};
+    use crate::violation::ViolationKind;
 
     /// How a run ended: with this outcome, this longest stall and so many collisions.
     type Came<'a> = (&'a str, f64, u64);
@@ -84,7 +108,7 @@ mod tests {
             let stalls = Stalls {
                 count: 1,
                 longest_ms,
-                steal_ms: 0.0,
+                ..Stalls::default()
             };
             let robot = RobotSummary {
                 id: "amr-1".into(),
@@ -145,5 +169,89 @@ mod tests {
             let (succeeded, told) = made(&folder, asked_to_end, &[came; 2]);
             assert!(!succeeded && told.len() == runs, "{came:?}: {told:?}");
         }
+    }
+
+    /// A run with these violations at 100 s, and a long stall so long before.
+    fn stalled(kinds: &[ViolationKind], before_s: f64) -> Summary {
+        let to_s = 100.0 - before_s;
+        Summary {
+            outcome: DONE.to_owned(),
+            stalls: Some(Stalls {
+                count: 1,
+                longest_ms: 31.0,
+                ..Stalls::default()
+            }),
+            long_stalls: vec![LongStall {
+                from_s: to_s - 0.031,
+                to_s,
+            }],
+            violations: { kinds.iter() }
+                .map(|&kind| Violation {
+                    kind,
+                    robot: "amr-1".to_owned(),
+                    at_s: 100.0,
+                    detail: String::new(),
+                })
+                .collect(),
+            ..Summary::default()
+        }
+    }
+
+    #[test]
+    fn a_stall_excuses_what_late_threads_cost_and_nothing_else() {
+        let of = |kinds: &[ViolationKind]| stalled(kinds, 1.0);
+        let spoiled = |kinds: &[ViolationKind]| spoiled_by(&of(kinds)).is_some();
+        assert!(!spoiled(&[]), "it passed");
+        assert!(spoiled(&[ViolationKind::Clearance, ViolationKind::Heading]));
+        assert!(!spoiled(&[
+            ViolationKind::Heading,
+            ViolationKind::TwoOwners
+        ]));
+        for kind in [ViolationKind::EntryWithoutGrant, ViolationKind::RobotEnd] {
+            assert!(!spoiled(&[kind]), "{kind}");
+        }
+        let stuck = Summary {
+            outcome: "not complete".to_owned(),
+            ..of(&[])
+        };
+        assert!(spoiled_by(&stuck).is_some());
+        for (latch, expected) in [("overruns", true), ("motors-off", false), ("panic", false)] {
+            let stranded = Summary {
+                stranded_by: Some(latch.to_owned()),
+                stranded_since_s: Some(100.0),
+                ..stuck.clone()
+            };
+            assert_eq!(spoiled_by(&stranded).is_some(), expected, "{latch}");
+        }
+    }
+
+    #[test]
+    fn a_stall_excuses_only_what_came_soon_after_it() {
+        for (before_s, violation, latch) in [
+            (-1.0, false, false),
+            (-0.01, true, true),
+            (1.9, true, true),
+            (4.9, true, false),
+            (5.1, false, false),
+            (90.0, false, false),
+        ] {
+            let violated = stalled(&[ViolationKind::Clearance], before_s);
+            assert_eq!(spoiled_by(&violated).is_some(), violation, "{before_s} s");
+            let stuck = Summary {
+                outcome: "not complete".to_owned(),
+                ..stalled(&[], before_s)
+            };
+            assert!(spoiled_by(&stuck).is_some(), "at no time of its own");
+            let latched = Summary {
+                stranded_by: Some("overruns".to_owned()),
+                stranded_since_s: Some(100.0),
+                ..stuck
+            };
+            assert_eq!(spoiled_by(&latched).is_some(), latch, "{before_s} s");
+        }
+        // Each violation needs a stall of its own.
+        let mut both = stalled(&[ViolationKind::Clearance; 2], 1.0);
+        both.violations[1].at_s = 200.0;
+        assert!(spoiled_by(&both).is_none());
     }
 }

@@ -33,7 +33,7 @@ use crate::process::janitor::Janitor;
 use crate::process::mediator::{MediatorProcess, MediatorSetup};
 use crate::process::robot::{RobotSetup, send};
 use crate::scenario::{Player, Scenario};
-use crate::stalls::{StallWatch, Stalls};
+use crate::stalls::StallWatch;
 use crate::stand_ins::caretaker::{Blame, Care, Caretaker, words};
 use crate::stand_ins::clutter::furnish;
 use crate::summary::{MediatorSummary, RobotSummary};
@@ -59,7 +59,7 @@ pub struct Stage {
     runtime: Runtime,
     seen: u64,
     stall_watch: StallWatch,
-    stranded: Option<Fault>,
+    stranded: Option<(Fault, u64)>,
     folder: Folder,
     _janitor: Janitor,
 }
@@ -211,7 +211,7 @@ impl Stage {
                         let _ = ctl::send(&self.runtime, Some(member.id()), &word);
                     }
                 }
-                Care::GiveUp(fault) => self.stranded = Some(fault),
+                Care::GiveUp(fault) => self.stranded = Some((fault, faults.state(fault).since_ns)),
             }
         }
     }
@@ -259,8 +259,8 @@ impl Execution for Stage {
                 return Some(Ending::RobotEnded(member.id().to_owned(), status));
             }
         }
-        if let Some(fault) = self.stranded {
-            return Some(Ending::Stranded(fault.name()));
+        if let Some((fault, since_ns)) = self.stranded {
+            return Some(Ending::Stranded(fault.name(), since_ns));
         }
         let status = self.mediator.as_mut()?.poll()?;
         Some(Ending::MediatorEnded(status))
@@ -374,8 +374,8 @@ impl Execution for Stage {
         }
     }
 
-    fn stalls(&self) -> Option<Stalls> {
-        Some(self.stall_watch.stalls())
+    fn stall_watch(&self) -> Option<&StallWatch> {
+        Some(&self.stall_watch)
     }
 
     fn mediator(&self) -> Option<MediatorRuns> {

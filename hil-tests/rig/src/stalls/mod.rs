@@ -4,6 +4,8 @@
 //! sends bytes through a terminal, as a lidar does: what the kernel keeps for long, no robot could have had.
 
 mod terminal;
+#[cfg(test)]
+mod tests;
 
 use std::fmt;
 use std::fs;
@@ -50,6 +52,12 @@ pub const LATCHES: [Fault; 5] = [
     Fault::PoseUncertain,
 ];
 
+/// A stall this long before a latch, or shorter, counts as its cause.
+pub const LATCHES_WITHIN_NS: u64 = 2_000_000_000;
+/// One this long before a violation, or shorter, may be its cause: after 2 s a robot believes the right thing of itself again, and in a
+/// metre more, which takes it two or three, it has made good what it came off its way.
+pub const VIOLATES_WITHIN_NS: u64 = 5_000_000_000;
+
 /// How often and how long the machine stalled.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub struct Stalls {
@@ -59,9 +67,24 @@ pub struct Stalls {
     pub longest_ms: f64,
     /// Time that the host took from all cores together, as the kernel counts it, milliseconds.
     pub steal_ms: f64,
+    /// The watch was refused real-time priority, at least on one core: what other programs took of it counts, too.
+    #[serde(default)]
+    pub without_priority: bool,
 }
 
 impl Stalls {
+    /// How often and how long, in words.
+    #[must_use]
+    pub fn in_words(&self) -> String {
+        let (count, longest_ms) = (self.count, self.longest_ms);
+        let load = if self.without_priority {
+            ", seen without real-time priority: load counts, too"
+        } else {
+            ""
+        };
+        format!("{count} times, {longest_ms:.0} ms at most{load}")
+    }
+
     /// Whether a robot's failure may be due to them: one of them cost it what it judges itself by.
     #[must_use]
     pub fn spoil(&self) -> bool {
@@ -75,6 +98,7 @@ impl Stalls {
             count: sum.count + own.count,
             longest_ms: sum.longest_ms.max(own.longest_ms),
             steal_ms: sum.steal_ms + own.steal_ms,
+            without_priority: sum.without_priority || own.without_priority,
         })
     }
 }
@@ -82,11 +106,24 @@ impl Stalls {
 impl fmt::Display for Stalls {
     /// In a sentence.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let (count, longest_ms) = (self.count, self.longest_ms);
-        write!(
-            f,
-            "the machine stalled {count} times, {longest_ms:.0} ms at most"
-        )
+        write!(f, "the machine stalled {}", self.in_words())
+    }
+}
+
+/// A stall that was long enough to spoil a run. Times are seconds since the run's start.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LongStall {
+    /// When it began.
+    pub from_s: f64,
+    /// When it was over.
+    pub to_s: f64,
+}
+
+impl LongStall {
+    /// Whether it lasted at a time of the run, or was over at most so long before.
+    #[must_use]
+    pub fn is_near(&self, at_s: f64, within_ns: u64) -> bool {
+        self.from_s <= at_s && at_s - self.to_s <= within_ns as f64 / 1e9
     }
 }
 
@@ -105,11 +142,13 @@ type Seen = Mutex<Vec<(u64, u64)>>;
 struct Watching {
     cores: Arc<Seen>,
     terminal: Arc<Seen>,
+    /// One of the threads was refused its priority.
+    refused: Arc<AtomicBool>,
     threads: Threads,
 }
 
 impl StallWatch {
-    /// Starts to watch. Without the privilege of real-time priority it sees the load of the machine as well.
+    /// Starts to watch. Without the privilege of real-time priority it sees the load of the machine as well, and says so.
     ///
     /// # Errors
     /// The operating system's.
@@ -164,7 +203,19 @@ impl StallWatch {
             count: of.count(),
             longest_ms: longest_ns.unwrap_or(0) as f64 / 1e6,
             steal_ms: 0.0,
+            without_priority: self.threads.refused.load(Ordering::Relaxed),
         }
+    }
+
+    /// From when to when each stall lasted that may spoil a run, of those that it has seen.
+    #[must_use]
+    pub fn long(&self) -> Vec<Range<u64>> {
+        let seen = self.threads.all();
+        let all = seen.iter().flat_map(|seen| seen.iter());
+        let own = all.filter(|(end_ns, _)| *end_ns >= self.start_ns);
+        let long = own.filter(|(_, length_ns)| *length_ns as f64 / 1e6 >= SPOILS_MS);
+        long.map(|&(end_ns, length_ns)| end_ns - length_ns..end_ns)
+            .collect()
     }
 
     /// From when to when a core was gone, each, for stalls that ended at or after a time.
@@ -194,14 +245,14 @@ impl Watching {
         let mut watching = Self::default();
         let cores = std::thread::available_parallelism().map_or(1, usize::from);
         for core in 0..cores {
-            let seen = Arc::clone(&watching.cores);
+            let (seen, refused) = (Arc::clone(&watching.cores), Arc::clone(&watching.refused));
             let threads = &mut watching.threads;
             threads.spawn(format!("stalls-{core}"), move |stop| {
                 let mut own = CpuSet::new();
                 own.set(core);
                 // Unpinned it still sees stalls of the whole machine.
                 let _ = sched_setaffinity(None, &own);
-                let _ = promote(PRIORITY);
+                promote_or_note(&refused);
                 look(&seen, stop, monotonic_ns, sleep_until);
             })?;
         }
@@ -212,15 +263,25 @@ impl Watching {
         let mut watching = Self::of_cores()?;
         // Where no terminal is to be had, no lidar is simulated either.
         if let Ok(terminal) = Terminal::open() {
-            let seen = Arc::clone(&watching.terminal);
+            let (seen, refused) = (
+                Arc::clone(&watching.terminal),
+                Arc::clone(&watching.refused),
+            );
             let work = move |stop: &AtomicBool| {
-                let _ = promote(PRIORITY);
+                promote_or_note(&refused);
                 let pass_byte = || terminal.pass_byte(BYTE_TIMEOUT).is_ok();
                 send_bytes(&seen, stop, (monotonic_ns, sleep_until), pass_byte);
             };
             watching.threads.spawn("stalls-terminal".to_owned(), work)?;
         }
         Ok(watching)
+    }
+}
+
+/// Above all others, or noted.
+fn promote_or_note(refused: &AtomicBool) {
+    if promote(PRIORITY).refused.is_some() {
+        refused.store(true, Ordering::Relaxed);
     }
 }
 
@@ -280,120 +341,4 @@ fn steal_ms() -> f64 {
         .and_then(|ticks| ticks.parse::<f64>().ok())
         .unwrap_or(0.0)
         * 10.0
-}
-
-#[cfg(test)]
-mod tests {
-    use std::cell::Cell;
-
-    use super::*;
-
-    /// A watch without threads, begun at a time, that saw these stalls.
-    fn watch(start_ns: u64, seen: &[(u64, u64)]) -> StallWatch {
-        let threads = Watching::default();
-        lock(&threads.cores).extend(seen);
-        StallWatch {
-            start_ns,
-            ..StallWatch::of(Arc::new(threads))
-        }
-    }
-
-    #[test]
-    fn stalls_are_counted_from_a_time_on() {
-        let watch = watch(150, &[(100, 7_000_000), (200, 31_000_000)]);
-        let of = |stalls: Stalls| (stalls.count, stalls.longest_ms);
-        assert_eq!(of(watch.since(0)), (2, 31.0));
-        assert_eq!(of(watch.since(101)), (1, 31.0));
-        assert_eq!(watch.since(201), Stalls::default());
-        // Not those of before its own start.
-        let own = watch.stalls();
-        assert_eq!(of(own), (1, 31.0));
-        assert!(own.steal_ms >= 0.0);
-    }
-
-    #[test]
-    fn all_watches_of_a_process_look_through_the_same_threads() {
-        let watches = [(); 2].map(|()| StallWatch::start().expect("threads"));
-        assert!(Arc::ptr_eq(&watches[0].threads, &watches[1].threads));
-        assert!(watches[1].start_ns >= watches[0].start_ns);
-    }
-
-    #[test]
-    fn what_is_overslept_by_more_than_five_milliseconds_is_a_stall() {
-        const MS: u64 = 1_000_000;
-        // How late each wake-up is, on a clock that begins at one second.
-        let late_ns = [0, 5 * MS, 7 * MS, MS / 2, 31 * MS, 0, 0];
-        let (clock_ns, wakes) = (Cell::new(1000 * MS), Cell::new(0));
-        let (seen, stop) = (Mutex::default(), AtomicBool::new(false));
-        let sleep_until = |until_ns: u64| {
-            assert!(until_ns > clock_ns.get(), "it sleeps each time");
-            clock_ns.set(until_ns + late_ns[wakes.get()]);
-            wakes.set(wakes.get() + 1);
-            stop.store(wakes.get() == late_ns.len(), Ordering::Relaxed);
-        };
-        look(&seen, &stop, || clock_ns.get(), sleep_until);
-        assert_eq!(wakes.get(), late_ns.len());
-        // The next period begins after a stall, which counts once.
-        let seen = seen.into_inner().expect("not poisoned");
-        let expected = [(1015 * MS, 7 * MS), (1048 * MS + MS / 2, 31 * MS)];
-        assert_eq!(seen, expected);
-    }
-
-    #[test]
-    fn a_byte_that_the_kernel_keeps_is_a_stall() {
-        const MS: u64 = 1_000_000;
-        let take_ms = [1, 50, 51, 2000];
-        let (clock_ns, sent) = (Cell::new(1000 * MS), Cell::new(0));
-        let (seen, stop) = (Mutex::default(), AtomicBool::new(false));
-        let sleep_until = |until_ns: u64| clock_ns.set(until_ns.max(clock_ns.get()));
-        let pass_byte = || {
-            clock_ns.set(clock_ns.get() + take_ms[sent.get()] * MS);
-            sent.set(sent.get() + 1);
-            stop.store(sent.get() == take_ms.len(), Ordering::Relaxed);
-            true
-        };
-        send_bytes(&seen, &stop, (|| clock_ns.get(), sleep_until), pass_byte);
-        let expected = [(1111 * MS, 51 * MS), (3111 * MS, 2000 * MS)];
-        assert_eq!(*lock(&seen), expected);
-        // One that the kernel has taken away is not waited for.
-        send_bytes(&seen, &AtomicBool::new(false), (|| 0, |_| ()), || false);
-
-        let threads = Watching::default();
-        lock(&threads.terminal).extend(expected);
-        let watch = StallWatch::of(Arc::new(threads));
-        let all = watch.since(0);
-        assert_eq!((all.count, all.longest_ms, all.spoil()), (2, 2000.0, true));
-        assert!(watch.stalled(1100 * MS, 1101 * MS) && !watch.stalled(0, 1059 * MS));
-        // No core was gone.
-        assert_eq!(watch.spans_since(0).first(), None);
-    }
-
-    #[test]
-    fn only_long_stalls_spoil_a_run() {
-        let stalls = |count, longest_ms| Stalls {
-            count,
-            longest_ms,
-            steal_ms: 1.0,
-        };
-        assert!(!stalls(900, 14.9).spoil() && stalls(1, 15.0).spoil());
-        let both = Stalls::together([stalls(2, 31.0), stalls(3, 7.0)].into_iter());
-        assert_eq!((both.count, both.longest_ms, both.steal_ms), (5, 31.0, 2.0));
-        let said = "the machine stalled 5 times, 31 ms at most";
-        assert_eq!(both.to_string(), said);
-    }
-
-    #[test]
-    fn a_stall_lasts_from_its_begin_to_its_end() {
-        let watch = watch(0, &[(100, 20)]);
-        assert_eq!(watch.spans_since(100).first(), Some(&(80..100)));
-        assert_eq!(watch.spans_since(101).first(), None);
-        for (from_ns, to_ns, expected) in [(0, 79, false), (0, 80, true), (90, 95, true)] {
-            assert_eq!(
-                watch.stalled(from_ns, to_ns),
-                expected,
-                "{from_ns}..{to_ns}"
-            );
-        }
-        assert!(watch.stalled(100, 200) && !watch.stalled(101, 200));
-    }
 }

@@ -16,10 +16,8 @@ use onboard::process::ctl::{FreeBehind, Place, Request, Spot};
 use onboard::symbols::faults::{Fault, FaultTable, Resumes};
 use sim::world::World;
 
-use crate::stalls::LATCHES;
+use crate::stalls::{LATCHES, LATCHES_WITHIN_NS};
 
-/// A stall of the machine this long before a latch, or shorter, counts as its cause.
-const BLAMED_NS: u64 = 2_000_000_000;
 /// A latch is judged after this time: by then the watch has noted the stall that it came with.
 const JUDGED_AFTER_NS: u64 = 100_000_000;
 /// A robot is reset after this time, and not sooner again.
@@ -59,7 +57,8 @@ impl Blame<'_> {
     fn is_to_blame(&self, fault: Fault, since_ns: u64) -> bool {
         match self {
             Self::Stalls(stalled) => {
-                LATCHES.contains(&fault) && stalled(since_ns.saturating_sub(BLAMED_NS), since_ns)
+                let from_ns = since_ns.saturating_sub(LATCHES_WITHIN_NS);
+                LATCHES.contains(&fault) && stalled(from_ns, since_ns)
             }
             Self::Faults { blamed, .. } => blamed(fault, since_ns),
         }

@@ -33,7 +33,8 @@ impl Execution for Stepped<'_> {
     }
 
     fn ended(&mut self) -> Option<Ending> {
-        self.stranded.map(|fault| Ending::Stranded(fault.name()))
+        let (fault, since_ns) = self.stranded?;
+        Some(Ending::Stranded(fault.name(), since_ns))
     }
 
     fn truths(&mut self) -> Vec<TruthRecord> {
@@ -220,7 +221,10 @@ mod tests {
         let own = run.stage.robots[1].robot.as_mut().expect("it runs");
         own.panic("navigation");
         let ending = (0..50).find_map(|_| run.step().expect("it runs"));
-        assert_eq!(ending, Some(Ending::Stranded("panic")));
+        assert!(
+            matches!(ending, Some(Ending::Stranded("panic", _))),
+            "{ending:?}"
+        );
         run.stop();
         let found = run.judge.violations();
         let kinds: Vec<_> = { found.iter() }

@@ -61,8 +61,8 @@ pub struct Stepped<'a> {
     /// How its process is about to end, if it is.
     pub(super) ending: Option<Ending>,
     pub(super) faults: Schedule,
-    /// A latch that nobody is to end.
-    pub(super) stranded: Option<Fault>,
+    /// A latch that nobody is to end, and since when.
+    pub(super) stranded: Option<(Fault, u64)>,
     /// Processes that have panicked by themselves, each with its robot.
     pub(super) panicked: Vec<(String, String)>,
     /// What stands in a robot's way.

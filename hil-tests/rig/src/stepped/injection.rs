@@ -244,7 +244,7 @@ impl Stepped<'_> {
                         self.ask(number, Some(word));
                     }
                 }
-                Care::GiveUp(fault) => self.stranded = Some(fault),
+                Care::GiveUp(fault) => self.stranded = Some((fault, faults.state(fault).since_ns)),
             }
             let member = &mut self.robots[number];
             if over && let Some(robot) = &mut member.robot {

@@ -96,7 +96,7 @@ fn times_of_a_machine_that_stalled_are_not_compared() {
         real.stalls = Some(Stalls {
             count: 6,
             longest_ms,
-            steal_ms: 0.0,
+            ..Stalls::default()
         });
         let pair = compare(&nets(), &real, &stepped);
         assert_eq!(pair.differences.len(), differences, "{pair:?}");

@@ -30,9 +30,9 @@ pub(super) fn write(page: &mut Page, view: &View<'_>) {
     let firings: usize = coordinations.iter().map(|run| run.firings.len()).sum();
     let machine = &summary.machine;
     let stalled = |stalls: &Stalls| {
-        let (count, longest_ms) = (stalls.count, stalls.longest_ms);
-        let value = format!("{count} times, {longest_ms:.0} ms at most");
-        ("machine stalled", value, "")
+        // With what else counts it is a sentence.
+        let class = if stalls.without_priority { "long" } else { "" };
+        ("machine stalled", stalls.in_words(), class)
     };
     let spoiled = |spoiled: &Spoiled| {
         let value = format!("{} ({})", spoiled.reason, spoiled.stalls);

@@ -27,6 +27,8 @@ thread_local! {
     static DEVICE: Cell<bool> = const { Cell::new(false) };
     /// Something happened for which no stall is an excuse.
     static UNSAFE: Cell<bool> = const { Cell::new(false) };
+    /// When the test of this thread had its last turn.
+    static TURN_NS: Cell<u64> = const { Cell::new(0) };
 }
 
 /// Takes note of the log of a robot whose test has failed.
@@ -49,6 +51,11 @@ pub fn note_missed_turns(turns: u64) {
     if turns > 0 {
         DEVICE.set(true);
     }
+}
+
+/// The test of this thread has its turn: how the machine stalled while it waited, minutes perhaps, is no excuse for what comes now.
+pub fn note_turn() {
+    TURN_NS.set(monotonic_ns());
 }
 
 /// Whatever the machine did: this test is not repeated, should it fail.
@@ -79,7 +86,7 @@ pub fn note_kinds(mut kinds: impl Iterator<Item = ViolationKind>) {
     }
 }
 
-/// Runs a test, and once more when it failed while the machine stalled.
+/// Runs a test, and once more when it failed while the machine stalled, since it had its last turn.
 pub fn once_more_if_late(test: impl Fn() + RefUnwindSafe) {
     static WATCH: OnceLock<StallWatch> = OnceLock::new();
     let watch = WATCH.get_or_init(|| StallWatch::start().expect("threads"));
@@ -100,7 +107,7 @@ fn once_more(
     let Err(cause) = catch_unwind(&test) else {
         return;
     };
-    let stalls = since(start_ns);
+    let stalls = since(start_ns.max(TURN_NS.get()));
     if UNSAFE.get() || !is_excused(&stalls) {
         resume_unwind(cause);
     }
@@ -147,7 +154,7 @@ fn runs(slows_down: bool, count: usize, longest_ms: f64) -> u32 {
     let stalls = Stalls {
         count,
         longest_ms,
-        steal_ms: 0.0,
+        ..Stalls::default()
     };
     let fails = || {
         RUNS.set(RUNS.get() + 1);
@@ -179,10 +186,58 @@ fn a_test_that_a_stall_spoiled_runs_once_more() {
     let long = |_| Stalls {
         count: 1,
         longest_ms: 20.0,
-        steal_ms: 0.0,
+        ..Stalls::default()
     };
     once_more(recovers, long, || {});
     assert_eq!(RUNS.get(), 2);
+}
+
+#[test]
+fn a_stall_while_a_test_waited_for_its_turn_is_no_excuse() {
+    thread_local! {
+        static STALLED_NS: Cell<u64> = const { Cell::new(0) };
+    }
+    fn runs_of(test: fn()) -> u32 {
+        RUNS.set(0);
+        let since = |start_ns: u64| {
+            let count = usize::from(STALLED_NS.get() >= start_ns);
+            Stalls {
+                count,
+                longest_ms: 20.0 * count as f64,
+                ..Stalls::default()
+            }
+        };
+        let failed = catch_unwind(|| once_more(test, since, || {}));
+        assert!(failed.is_err());
+        RUNS.get()
+    }
+    fn stalls() {
+        STALLED_NS.set(monotonic_ns());
+        std::thread::sleep(Duration::from_millis(1));
+    }
+    fn has_its_turn() {
+        RUNS.set(RUNS.get() + 1);
+        note_turn();
+    }
+    let waited = || {
+        stalls();
+        has_its_turn();
+        panic!("on purpose");
+    };
+    assert_eq!(runs_of(waited), 1);
+    let had_its_turn = || {
+        has_its_turn();
+        stalls();
+        panic!("on purpose");
+    };
+    assert_eq!(runs_of(had_its_turn), 2);
+    // A turn of another test, on the same thread, was before this one.
+    let has_none = || {
+        RUNS.set(RUNS.get() + 1);
+        stalls();
+        panic!("on purpose");
+    };
+    assert_eq!(runs_of(has_none), 2);
 }
 
 #[test]
@@ -209,7 +264,7 @@ fn a_test_that_failed_by_what_is_unsafe_runs_once() {
         let long = |_| Stalls {
             count: 1,
             longest_ms: 20.0,
-            steal_ms: 0.0,
+            ..Stalls::default()
         };
         let failed = catch_unwind(|| once_more(test, long, || {}));
         assert!(failed.is_err());

@@ -4,6 +4,8 @@
 use std::fs::{File, TryLockError};
 use std::time::Duration;
 
+use crate::programs::late::note_turn;
+
 const ROBOTS_PER_CORE: usize = 3;
 const LOOK: Duration = Duration::from_millis(50);
 
@@ -29,10 +31,7 @@ impl Turn {
 
     /// Waits until nobody else has a room, nor waits for one: for a test that keeps all others from their time.
     pub fn of_the_machine() -> Self {
-        Self {
-            _rooms: Vec::new(),
-            _machine: exclusive("machine"),
-        }
+        Self::taken(Vec::new(), exclusive("machine"))
     }
 
     fn of_rooms(count: usize) -> Self {
@@ -48,8 +47,13 @@ impl Turn {
                 std::thread::sleep(LOOK);
             }
         }
+        Self::taken(own, machine)
+    }
+
+    fn taken(rooms: Vec<File>, machine: File) -> Self {
+        note_turn();
         Self {
-            _rooms: own,
+            _rooms: rooms,
             _machine: machine,
         }
     }

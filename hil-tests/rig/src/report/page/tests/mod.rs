@@ -247,7 +247,7 @@ fn a_machine_that_stalled_is_told_of() {
     let stalls = |count, longest_ms| Stalls {
         count,
         longest_ms,
-        steal_ms: 0.0,
+        ..Stalls::default()
     };
     record.summary.stalls = Some(stalls(23, 31.4));
     record.summary.spoiled = Some(Spoiled {
