@@ -133,16 +133,16 @@ pub fn campaign(request: &Request) -> Result<(), Failure> {
     }
 }
 
-/// Steps the seeds of a campaign of the real programs, and compares.
+/// Steps the seeds of a campaign of the real programs, and compares; times as well in so many of them at least, or in all.
 ///
 /// # Errors
 /// [`Failure::Refused`] when nothing can be compared, [`Failure::Failed`] when they do not come to the same.
-pub fn agreement(untimed: bool, request: &Request) -> Result<(), Failure> {
+pub fn agreement(timed: Option<usize>, request: &Request) -> Result<(), Failure> {
     let mut scenario = loaded(request)?;
     // Leave is withheld on the simulated clock only: the real programs ask their mediator for it.
     scenario.withholds_areas = false;
     let real = { request.out.clone() }.unwrap_or_else(|| campaigns(&scenario));
-    agreement::agreement(&scenario, &plans(&scenario, request)?, &real, untimed)
+    agreement::agreement(&scenario, &plans(&scenario, request)?, &real, timed)
 }
 
 /// Where campaigns of a scenario leave what they leave, unless told otherwise.

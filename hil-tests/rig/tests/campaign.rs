@@ -182,6 +182,9 @@ fn is_compared(scenario: &str, shorter: &[&str]) {
     let agree = agreement();
     assert!(agree.status.success(), "{}", said(&agree));
     assert!(said(&agree).contains("1 of 1 seeds agree"));
+    // Unless told otherwise, times must have been compared in all.
+    let report = json(&folder.path().join("agreement.json"));
+    assert_eq!([&report["timed"], &report["asked"]], [1, 1]);
     change("duration_s", json!(1.0));
     let differ = agreement();
     assert!(!differ.status.success() && said(&differ).contains("duration in seconds: real 1.000"));

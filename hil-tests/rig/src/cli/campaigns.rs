@@ -116,14 +116,23 @@ pub(super) struct AgreementArgs {
     /// target/rig/campaign/SCENARIO]
     #[arg(long, value_name = "DIR")]
     real: Option<PathBuf>,
+    /// Seeds whose times and lateral errors must have been compared as well; where the machine stalled in the real run they are not
+    /// [default: all]
+    #[arg(long, value_name = "N")]
+    timed: Option<NonZeroUsize>,
     /// Orders are enough: succeed also where the machine stalled in every real run, so that no times were compared
-    #[arg(long)]
+    #[arg(long, conflicts_with = "timed")]
     untimed: bool,
 }
 
 impl AgreementArgs {
     pub(super) fn run(self) -> Result<(), Failure> {
-        commands::agreement(self.untimed, &self.request())
+        let timed = if self.untimed {
+            Some(0)
+        } else {
+            self.timed.map(NonZeroUsize::get)
+        };
+        commands::agreement(timed, &self.request())
     }
 
     fn request(self) -> Request {

@@ -56,13 +56,15 @@ struct Report<'a> {
     scenario: &'a str,
     machine: Machine,
     agreeing: usize,
-    /// Seeds whose times and lateral errors were compared as well.
+    /// Seeds whose times and lateral errors were compared as well,
     timed: usize,
+    /// and how many that had to be.
+    asked: usize,
     pairs: &'a [Pair],
 }
 
-/// Steps every seed that has a folder with a summary in `real`, named by it, and compares; leaves `agreement.json` there. Where
-/// the machine stalled in every real run orders alone are no agreement, unless they are enough: `untimed`.
+/// Steps every seed that has a folder with a summary in `real`, named by it, and compares; leaves `agreement.json` there. Times and
+/// lateral errors must have been compared in `timed` seeds at least, or in all of them.
 ///
 /// # Errors
 /// [`Failure::Refused`] when there is no such folder or a run cannot be built, [`Failure::Failed`] when they do not agree.
@@ -70,7 +72,7 @@ pub fn agreement(
     scenario: &Scenario,
     plans: &Plans,
     real: &Path,
-    untimed: bool,
+    timed: Option<usize>,
 ) -> Result<(), Failure> {
     let summaries = summaries(scenario, real)?;
     onboard::say!("  seed   real s  stepped s  lateral off m  compared  differences");
@@ -83,40 +85,50 @@ pub fn agreement(
     }
     let agreeing = pairs.iter().filter(|pair| pair.differences.is_empty());
     let agreeing = agreeing.count();
-    let timed = pairs.iter().filter(|pair| pair.stalled.is_none()).count();
+    let untimed = pairs.iter().filter(|pair| pair.stalled.is_some());
+    let untimed: Vec<u64> = untimed.map(|pair| pair.seed).collect();
+    let asked = timed.unwrap_or(pairs.len());
     let report = Report {
         scenario: &scenario.name,
         machine: Machine::here(),
         agreeing,
-        timed,
+        timed: pairs.len() - untimed.len(),
+        asked,
         pairs: &pairs,
     };
     let file = write_json(real, "agreement.json", &report)?;
     onboard::say!(
-        "{agreeing} of {} seeds agree; times and lateral errors were compared in {timed}{}",
+        "{agreeing} of {} seeds agree; times and lateral errors were compared in {}",
         pairs.len(),
-        if timed == 0 {
-            ": make real runs while the machine is quiet"
-        } else {
-            ""
-        }
+        report.timed
     );
     onboard::say!("wrote {}", file.display());
-    verdict(pairs.len(), agreeing, timed, untimed)
+    verdict(pairs.len(), agreeing, &untimed, asked)
 }
 
-/// Whether so many agreeing pairs, and so many of which times were compared, are agreement.
-fn verdict(pairs: usize, agreeing: usize, timed: usize, untimed: bool) -> Result<(), Failure> {
+/// Whether so many agreeing pairs are agreement, where times were compared in all but these seeds, and were to be in so many.
+fn verdict(pairs: usize, agreeing: usize, untimed: &[u64], asked: usize) -> Result<(), Failure> {
     if agreeing < pairs {
         let apart = pairs - agreeing;
         let why = format_args!("{apart} of {pairs} seeds do not agree");
         return Err(Failure::failed(why));
     }
-    if timed == 0 && !untimed {
-        let why = "the machine stalled in every real run: no times were compared, and orders alone are no agreement (--untimed: they are)";
-        return Err(Failure::failed(why));
+    let timed = pairs - untimed.len();
+    if timed >= asked {
+        return Ok(());
     }
-    Ok(())
+    let again = if untimed.is_empty() {
+        format!("there are {pairs} real runs: make more")
+    } else {
+        let seeds: Vec<String> = untimed.iter().map(ToString::to_string).collect();
+        let seeds = seeds.join(", ");
+        format!(
+            "the machine stalled in the real runs of seeds {seeds}: make them again while it is quiet (`rig campaign` with --runs 1 --seed N)"
+        )
+    };
+    Err(Failure::failed(format_args!(
+        "times and lateral errors were compared in {timed} seeds, expected in {asked}; {again} (--timed N: fewer are enough, --untimed: orders alone are)"
+    )))
 }
 
 /// What real runs have left, in the order of their seeds.

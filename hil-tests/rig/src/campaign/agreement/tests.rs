@@ -183,14 +183,36 @@ fn an_order_that_hangs_on_whose_answer_comes_first_is_no_difference() {
 
 #[test]
 fn orders_alone_are_no_agreement_unless_they_are_enough() {
-    for (agreeing, timed, untimed, agree) in [
-        (3, 3, false, true),
-        (3, 1, false, true),
-        (3, 0, false, false),
-        (3, 0, true, true),
-        (2, 3, true, false),
+    // How many of three agree, which of them were not timed, how many were to be; and whether that is agreement.
+    for (agreeing, untimed, asked, agree) in [
+        (3, &[][..], 3, true),
+        (3, &[7], 3, false),
+        (3, &[7, 9], 1, true),
+        (3, &[5, 7, 9], 1, false),
+        (3, &[5, 7, 9], 0, true),
+        (3, &[], 4, false),
+        (2, &[], 0, false),
     ] {
-        let verdict = verdict(3, agreeing, timed, untimed);
-        assert_eq!(verdict.is_ok(), agree, "{agreeing} {timed} {untimed}");
+        let verdict = verdict(3, agreeing, untimed, asked);
+        assert_eq!(verdict.is_ok(), agree, "{agreeing} {untimed:?} {asked}");
     }
+}
+
+#[test]
+fn who_was_timed_too_seldom_hears_what_to_do() {
+    let said = |untimed: &[u64], asked| {
+        let Err(Failure::Failed(why)) = verdict(3, 3, untimed, asked) else {
+            panic!("{untimed:?} {asked}");
+        };
+        why.to_string()
+    };
+    let stalled = said(&[7, 9], 2);
+    for told in [
+        "compared in 1 seeds, expected in 2",
+        "seeds 7, 9: make them again",
+    ] {
+        assert!(stalled.contains(told), "{stalled}");
+    }
+    let few = said(&[], 4);
+    assert!(few.contains("there are 3 real runs: make more"), "{few}");
 }
