@@ -1,8 +1,9 @@
 //! Robots on a simulated clock: no threads, no devices, and much faster than real time (a core steps fleets about 60 times
 //! as fast).
 //!
-//! All seven activities run, in the event loops that the robot's threads run, with their symbols between them and their
-//! supervisor: each thread of the thread table is a coroutine (`thread`) that waits on its own simulated clock. EtherCAT frames
+//! All seven activities run, but for communication where the rig withholds leave for areas (`withhold_areas` of a scenario, as in
+//! `course`): `leave` stands in for it there. They run in the event loops that the robot's threads run, with their symbols between them
+//! and their supervisor: each thread of the thread table is a coroutine (`thread`) that waits on its own simulated clock. EtherCAT frames
 //! are exchanged with the simulated segment (`bus`), SCIP with the simulated sensor (`lidar`), byte for byte, both in memory.
 //! The mediator's area management runs with its journal, as on its own thread.
 //!
@@ -15,8 +16,6 @@
 //!   computer's: nobody restarts what hangs here, until its fault is over. A reload's files are read while time stands;
 //! - the kernel's scheduler, network stack and terminals (computing takes no time here); the disk below the journal, which is memory;
 //! - the hook of panics, which is the whole process's: where a thread panics, its event loop says so to its robot alone (`panics`).
-//!
-//! Where the rig withholds leave for areas, `leave` stands in for communication.
 //!
 //! [`Stepped`] runs the robots of a scenario this way, for [`Run`](crate::run::Run) to judge; [`SteppedRobot`] is one robot.
 //!
