@@ -6,10 +6,10 @@ use sim::world::{Mechanics, Random};
 
 use super::clock::START_NS;
 pub use super::late::Lateness;
+use super::network::MessageKind;
 use super::split::splits;
 use crate::scenario::{
     Direction, GRAVITY_M_S2, OVERLOADED_BY_S, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind,
-    WhichMediator,
 };
 
 /// Faults come from the seed, apart from everything else.
@@ -370,13 +370,9 @@ impl Schedule {
         }
     }
 
-    /// What happens to messages of a robot that go this way, from or to this mediator if not to everybody.
-    pub(super) fn weather(
-        &self,
-        robot: usize,
-        way: Direction,
-        mediator: Option<WhichMediator>,
-    ) -> Weather {
+    /// What happens to messages of a robot, of this kind.
+    pub(super) fn weather(&self, robot: usize, kind: MessageKind) -> Weather {
+        let (way, mediator) = kind.way();
         let mut weather = Weather::default();
         let own = self.lasting().filter(|own| own.concerns(robot));
         for own in own.filter(|own| own.fault.meets(way, mediator)) {

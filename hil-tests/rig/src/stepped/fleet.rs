@@ -29,7 +29,7 @@ use crate::folder::Folder;
 use crate::network::mediator_status::Told;
 use crate::network::observations::Observations;
 use crate::run::LOOK_NS;
-use crate::scenario::{Direction, Scenario, ScriptedKind, WhichMediator};
+use crate::scenario::{Scenario, ScriptedKind};
 use crate::stand_ins::caretaker::Caretaker;
 use crate::stand_ins::clutter::furnish;
 use crate::testbed::{drawn_starts, plain_world, start_delays_ns};
@@ -347,14 +347,7 @@ impl<'a> Stepped<'a> {
     }
 
     fn carry(&mut self, message: Message, now_ns: u64) {
-        let (way, mediator) = match message.kind {
-            MessageKind::State => (Direction::ToMediator, None),
-            MessageKind::Report => (Direction::ToMediator, Some(WhichMediator::First)),
-            MessageKind::SecondReport => (Direction::ToMediator, Some(WhichMediator::Second)),
-            MessageKind::Answer => (Direction::ToRobots, Some(WhichMediator::First)),
-            MessageKind::SecondAnswer => (Direction::ToRobots, Some(WhichMediator::Second)),
-        };
-        let weather = self.faults.weather(message.robot, way, mediator);
+        let weather = self.faults.weather(message.robot, message.kind);
         self.network.send(message, weather, now_ns);
     }
 

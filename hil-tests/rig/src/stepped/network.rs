@@ -9,6 +9,7 @@ use onboard::activities::communication::{Inbox, OpenSession, Session};
 use sim::world::Random;
 
 use super::faults::Weather;
+use crate::scenario::{Direction, WhichMediator};
 
 /// How long a message takes: least and most.
 const LATENCY_NS: [f64; 2] = [0.15e6, 0.9e6];
@@ -39,6 +40,19 @@ pub(super) enum MessageKind {
     Answer,
     /// The same of the second mediator.
     SecondAnswer,
+}
+
+impl MessageKind {
+    /// Which way it goes, and from or to which mediator if not to everybody.
+    pub(super) fn way(self) -> (Direction, Option<WhichMediator>) {
+        match self {
+            Self::State => (Direction::ToMediator, None),
+            Self::Report => (Direction::ToMediator, Some(WhichMediator::First)),
+            Self::SecondReport => (Direction::ToMediator, Some(WhichMediator::Second)),
+            Self::Answer => (Direction::ToRobots, Some(WhichMediator::First)),
+            Self::SecondAnswer => (Direction::ToRobots, Some(WhichMediator::Second)),
+        }
+    }
 }
 
 /// The network.

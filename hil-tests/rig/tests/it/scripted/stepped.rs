@@ -166,6 +166,34 @@ fn robots_follow_one_mediator_at_a_time_beside_a_copy_of_theirs() {
     }
 }
 
+/// The one hears only the one, the other only the other: neither of the two knows where both are.
+#[test]
+fn two_mediators_that_hear_a_robot_each_let_both_into_no_area_and_all_go_on_when_they_are_heard_again()
+ {
+    for what in ["second-mediator", "copied-mediator"] {
+        for (at_s, seed) in [(8.0, 1), (24.0, 3)] {
+            let mut scenario = crate::stepped::scenario("overtaking");
+            let plans = plans(&scenario);
+            let lasting = |what: &str| {
+                let text = format!("at_s = {at_s:?}\nfor_s = 30.0\n{what}");
+                toml::from_str(&text).expect("a fault")
+            };
+            let apart = [
+                "amr-1\"\nmediator = \"first",
+                "amr-2\"\nmediator = \"second",
+            ];
+            let mut faults = vec![lasting(&format!("what = {what:?}"))];
+            faults.extend(
+                apart.map(|own| lasting(&format!("what = \"partition\"\nrobot = \"{own}\""))),
+            );
+            scenario.faults = faults;
+            scenario.patience_s = 600.0;
+            let summary = ended(&scenario, &plans, seed).1;
+            assert!(summary.passed(), "{what} at {at_s} s: {summary:?}");
+        }
+    }
+}
+
 #[test]
 fn a_mediator_with_an_older_journal_hinders_the_overtaking_that_it_forgot() {
     let mut scenario = crate::stepped::scenario("overtaking");
