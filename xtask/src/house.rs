@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::files::ReadError;
-use crate::{arrows, circles, lengths, source};
+use crate::{arrows, circles, lengths, source, wide};
 
 /// Every finding in the workspace at `root`, as a sentence each; empty when the house stands.
 ///
@@ -23,5 +23,6 @@ pub fn findings(root: &Path) -> Result<Vec<String>, ReadError> {
         }
         findings.extend(lengths::findings(root, &folder)?);
     }
+    findings.extend(wide::findings(root)?);
     Ok(findings)
 }

@@ -207,7 +207,7 @@ impl Crate {
 }
 
 /// The file of a child module, and the folder of its own children.
-fn child_file(folder: &Path, name: &str) -> (PathBuf, PathBuf) {
+pub(crate) fn child_file(folder: &Path, name: &str) -> (PathBuf, PathBuf) {
     let inside = folder.join(name);
     let as_folder = inside.join("mod.rs");
     if as_folder.is_file() {

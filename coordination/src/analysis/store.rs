@@ -64,15 +64,39 @@ impl Store {
 
 /// Multiplies and folds, so that every bit of the state reaches the low bits.
 fn hash(state: &[u64]) -> u64 {
-    state.iter().fold(0x243F_6A88_85A3_08D3, |hash, &word| {
-        let product = u128::from(hash ^ word) * 0x9E37_79B9_7F4A_7C15;
-        (product >> 64) as u64 ^ product as u64
-    })
+    let mut hash = 0x243F_6A88_85A3_08D3_u64;
+    for word in state {
+        hash = folded(hash ^ word, 0x9E37_79B9_7F4A_7C15);
+    }
+    hash
+}
+
+/// The two halves of a product of 128 bits, folded into one. The upper half is put together from products of 32 bits by 32. No sum of these
+/// overflows: (2³² - 1)² + 2³² - 1 is less than 2⁶⁴, and the last sum is the upper half itself.
+fn folded(one: u64, other: u64) -> u64 {
+    let halves = |number: u64| (number >> 32, number & 0xFFFF_FFFF);
+    let ((high, low), (other_high, other_low)) = (halves(one), halves(other));
+    let (carried, middle) = halves(high * other_low + ((low * other_low) >> 32));
+    let upper = high * other_high + carried + ((low * other_high + middle) >> 32);
+    upper ^ one.wrapping_mul(other)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_folded_product_is_that_of_128_bits() {
+        let half = 1_u64 << 32;
+        let numbers = [0, 1, 7, half - 1, half, half + 1, 1 << 63, u64::MAX];
+        for one in numbers {
+            for other in numbers.into_iter().chain([0x9E37_79B9_7F4A_7C15]) {
+                let product = u128::from(one) * u128::from(other);
+                let both = (product >> 64) as u64 ^ product as u64;
+                assert_eq!(folded(one, other), both, "{one} times {other}");
+            }
+        }
+    }
 
     #[test]
     fn every_state_is_kept_once_and_found_again() {

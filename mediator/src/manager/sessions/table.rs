@@ -16,6 +16,8 @@ use crate::setup::LONGEST_REACH_M;
 
 /// The levels of so many robots are repeated at once in any case.
 const REPEATED_AT_ONCE: usize = 16;
+/// Those of all are repeated in this time: as many as are due in it are four fifths of all.
+const ALL_REPEATED_NS: u64 = LEVEL_PERIOD_NS / 5 * 4;
 
 /// What became of a report's head.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -227,11 +229,8 @@ impl Sessions {
     pub(crate) fn keep_up(&mut self, now_ns: u64, effects: &mut Effects) {
         let count = self.robots.len();
         let (first, before_ns) = self.repeats;
-        let since_ns = now_ns.saturating_sub(before_ns) as u128;
-        let share = (count as u128 * since_ns * 5).div_ceil(u128::from(LEVEL_PERIOD_NS) * 4);
-        let mut room = usize::try_from(share)
-            .unwrap_or(count)
-            .max(REPEATED_AT_ONCE);
+        let since_ns = now_ns.saturating_sub(before_ns);
+        let mut room = share(count, since_ns).max(REPEATED_AT_ONCE);
         let mut next = first;
         for robot in (first..count).chain(0..first) {
             let session = &mut self.robots[robot];
@@ -280,6 +279,17 @@ impl Sessions {
     }
 }
 
+/// The levels of how many of so many robots are due in a time, and a quarter more; at most those of all. Rounded up, and exact: no product
+/// exceeds the number of robots, or the square of [`ALL_REPEATED_NS`].
+fn share(count: usize, since_ns: u64) -> usize {
+    if since_ns >= ALL_REPEATED_NS {
+        return count;
+    }
+    let count = count as u64;
+    let (whole, rest) = (count / ALL_REPEATED_NS, count % ALL_REPEATED_NS);
+    (whole * since_ns + (rest * since_ns).div_ceil(ALL_REPEATED_NS)) as usize
+}
+
 /// That; none of one of another version, which takes no message in.
 pub(super) fn heard(report: &RobotReport, epoch: u64) -> Option<u64> {
     let understands = VERSION.accept(Version::from(report.version)).is_ok();
@@ -302,4 +312,23 @@ fn too_large(session: &Session, report: &RobotReport) -> Option<Alarm> {
         robot: report.robot_id.clone(),
         reach_m,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_share_is_exact_for_any_number_of_robots_after_any_time() {
+        let times_ns = [0, 1, 7, ALL_REPEATED_NS - 1, ALL_REPEATED_NS, u64::MAX];
+        for count in [0, 1, 1_000, ALL_REPEATED_NS as usize + 7, usize::MAX] {
+            for since_ns in times_ns {
+                // After a period all are due.
+                let quarters = count as u128 * u128::from(since_ns.min(LEVEL_PERIOD_NS)) * 5;
+                let due = quarters.div_ceil(u128::from(LEVEL_PERIOD_NS) * 4);
+                let expected = due.min(count as u128) as usize;
+                assert_eq!(share(count, since_ns), expected, "{count}, {since_ns} ns");
+            }
+        }
+    }
 }
