@@ -34,7 +34,7 @@ use crate::realtime::latency::{self, keep_cores_awake};
 use crate::realtime::log::{self, LogSender};
 use crate::realtime::memory::{MemoryLock, lock_memory, populate_memory};
 use crate::realtime::panic::{Panicked, install_hook};
-use crate::realtime::{guard, scheduling, system_calls};
+use crate::realtime::{guard, own_cores, scheduling, system_calls};
 use crate::symbols::values::{Name, RobotMode};
 use crate::symbols::wiring::{ACTIVITIES, Wiring};
 
@@ -268,7 +268,7 @@ impl Robot {
             _table: composed.table,
         };
         let wanted: Vec<_> = plan.robot.threads.iter().map(wanted_scheduling).collect();
-        let wanted = scheduling::with_own_cores(&wanted);
+        let wanted = own_cores::with_own_cores(&wanted);
         let threads = plan.robot.threads.iter().zip(wanted).zip(composed.threads);
         for (((thread, wanted), activities), report) in threads.zip(reports) {
             let setup = ThreadSetup {

@@ -8,6 +8,7 @@ pub mod histogram;
 pub mod latency;
 pub mod log;
 pub mod memory;
+pub mod own_cores;
 pub mod panic;
 pub mod scheduling;
 pub mod system_calls;

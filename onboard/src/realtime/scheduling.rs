@@ -152,49 +152,14 @@ pub fn try_out(wanted: &Wanted) -> Result<(), String> {
     }
 }
 
-/// Gives each real-time thread that wants a big core one of its own, where there are enough of them: the others then never make it
-/// wait. Where all cores are alike, `big` means any, and nothing changes.
-#[must_use]
-pub fn with_own_cores(wanted: &[Wanted]) -> Vec<Wanted> {
-    spread(wanted, &capacities())
-}
-
-fn spread(wanted: &[Wanted], capacities: &[(usize, u64)]) -> Vec<Wanted> {
-    let wants_own =
-        |thread: &Wanted| thread.cores == CoreClass::Big && thread.fifo_priority.is_some();
-    let threads = wanted.iter().filter(|thread| wants_own(thread)).count();
-    let fast = fastest(capacities);
-    let taken = { wanted.iter() }.filter_map(|thread| match thread.cores {
-        CoreClass::Number(number) => Some(number),
-        _ => None,
-    });
-    let taken: Vec<usize> = taken.collect();
-    let mut free = { fast.iter().copied() }
-        .filter(|core| !taken.contains(core))
-        .rev();
-    let enough = fast.len() < capacities.len() && free.clone().count() >= threads;
-    { wanted.iter() }
-        .map(|thread| {
-            let own = if enough && wants_own(thread) {
-                free.next()
-            } else {
-                None
-            };
-            Wanted {
-                cores: own.map_or(thread.cores, CoreClass::Number),
-                ..*thread
-            }
-        })
-        .collect()
-}
-
 /// The fast cores of a big.LITTLE machine; every core elsewhere.
 #[must_use]
 pub fn fast_cores() -> Vec<usize> {
     fastest(&capacities())
 }
 
-fn fastest(capacities: &[(usize, u64)]) -> Vec<usize> {
+/// Numbers of the fastest among them: all where they are alike.
+pub(super) fn fastest(capacities: &[(usize, u64)]) -> Vec<usize> {
     let high = { capacities.iter() }.map(|&(_, capacity)| capacity).max();
     { capacities.iter() }
         .filter(|&&(_, capacity)| Some(capacity) == high)
@@ -292,7 +257,7 @@ fn pin(cores: CoreClass) -> Result<(), String> {
 }
 
 /// Core numbers with a figure that tells fast from slow ones: the kernel's capacity, else the highest frequency.
-fn capacities() -> Vec<(usize, u64)> {
+pub(super) fn capacities() -> Vec<(usize, u64)> {
     let read = |core: usize, file: &str| -> Option<u64> {
         fs::read_to_string(format!("/sys/devices/system/cpu/cpu{core}/{file}"))
             .ok()?
@@ -325,42 +290,6 @@ mod tests {
         for cores in [CoreClass::Any, CoreClass::Big, CoreClass::Little] {
             assert_eq!(check_core(cores), Ok(()));
         }
-    }
-
-    #[test]
-    fn each_thread_gets_a_big_core_where_there_are_enough() {
-        // As an Exynos 5422 has them.
-        let xu4: Vec<(usize, u64)> = (0..8)
-            .map(|n| (n, if n < 4 { 448 } else { 1024 }))
-            .collect();
-        let thread = |fifo_priority, cores| Wanted {
-            fifo_priority,
-            cores,
-        };
-        let table = [
-            thread(Some(80), CoreClass::Big),
-            thread(None, CoreClass::Big),
-            thread(Some(70), CoreClass::Big),
-            thread(Some(60), CoreClass::Little),
-            thread(Some(50), CoreClass::Big),
-        ];
-        let cores = |wanted: &[Wanted], capacities: &[(usize, u64)]| {
-            let spread = spread(wanted, capacities);
-            spread.iter().map(|own| own.cores).collect::<Vec<_>>()
-        };
-        let own = CoreClass::Number;
-        let (big, little) = (CoreClass::Big, CoreClass::Little);
-        assert_eq!(cores(&table, &xu4), [own(7), big, own(6), little, own(5)]);
-        // One that the file gives away is not given twice.
-        let mut named = table;
-        named[1] = thread(None, own(7));
-        assert_eq!(
-            cores(&named, &xu4),
-            [own(6), own(7), own(5), little, own(4)]
-        );
-        // Too few, or all alike: as it was.
-        assert_eq!(cores(&table, &xu4[..6]), [big, big, big, little, big]);
-        assert_eq!(cores(&table, &xu4[4..]), [big, big, big, little, big]);
     }
 
     #[test]

@@ -1,6 +1,7 @@
 //! What the kernel tells of the computer, as files below `/proc`, `/sys`, `/run` and `/dev`.
 
 use std::fs;
+use std::io;
 use std::path::{Path, PathBuf};
 
 /// The files of a computer: those of this one, or in a test a folder with some of them.
@@ -88,7 +89,7 @@ impl Computer {
         self.programs().into_iter().find(|own| own.name == short)
     }
 
-    /// Programs that have a file open of which `is` holds; only of the same user, unless this one is root.
+    /// Programs that have a file open of which `is` holds, among those that this user may look into.
     pub fn who_has_open(&self, is: impl Fn(&Path) -> bool) -> Vec<Program> {
         let has = |program: &Program| {
             let folder = format!("/proc/{}/fd", program.pid);
@@ -100,6 +101,27 @@ impl Computer {
         };
         self.programs().into_iter().filter(has).collect()
     }
+
+    /// Whether this user may look into all programs, as root may: else somebody may have open what nobody seems to.
+    pub fn sees_all(&self) -> bool {
+        let is_denied = |error: io::Error| error.kind() == io::ErrorKind::PermissionDenied;
+        let hides = |pid: &str| match fs::read_dir(self.at(&format!("/proc/{pid}/fd"))) {
+            Ok(entries) => entries
+                .flatten()
+                .any(|entry| fs::read_link(entry.path()).is_err_and(is_denied)),
+            // One that has ended meanwhile hides nothing.
+            Err(error) => is_denied(error),
+        };
+        let names = self.names("/proc");
+        let mut programs = { names.iter() }.filter(|name| name.parse::<u32>().is_ok());
+        // Where programs of others are not even listed (proc(5), `hidepid`), the first of all is missing.
+        self.has("/proc/1") && !programs.any(|pid| hides(pid))
+    }
+}
+
+/// It is one robot's program and nobody else's.
+pub fn is_one_robot(programs: &[Program]) -> bool {
+    matches!(programs, [only] if only.is_a_robot())
 }
 
 /// Programs as people write them: `a (17), b (4)`.
@@ -108,14 +130,29 @@ pub fn listed(programs: &[Program]) -> String {
     programs.iter().map(each).collect::<Vec<_>>().join(", ")
 }
 
-/// What ends programs; none where there are none.
-pub fn end_all(programs: &[Program]) -> Option<String> {
-    let numbers: Vec<String> = programs.iter().map(|own| own.pid.to_string()).collect();
-    (!numbers.is_empty()).then(|| format!("sudo kill {}", numbers.join(" ")))
+/// What ends those that are no robot's; among robots alone what tells them apart.
+pub fn end_rivals(programs: &[Program]) -> String {
+    let numbers = |robots: bool| -> Vec<String> {
+        { programs.iter() }
+            .filter(|own| own.is_a_robot() == robots)
+            .map(|own| own.pid.to_string())
+            .collect()
+    };
+    let rivals = numbers(false);
+    if rivals.is_empty() {
+        format!(
+            "ps -o pid,user,args -p {}   # which one is to drive? end the others",
+            numbers(true).join(",")
+        )
+    } else {
+        format!("sudo kill {}", rivals.join(" "))
+    }
 }
 
 #[cfg(test)]
 pub mod tests {
+    use std::os::unix::fs::PermissionsExt;
+
     use super::*;
 
     /// A computer with these files.
@@ -172,6 +209,44 @@ pub mod tests {
         assert_eq!(listed(&open), "ModemManager (17)");
         assert_eq!(computer.number::<u32>("/proc/uptime"), None);
         assert_eq!(computer.names("/nowhere"), Vec::<String>::new());
+    }
+
+    #[test]
+    fn programs_that_are_not_listed_or_may_not_be_looked_into_hide_what_they_have_open() {
+        let fake = Fake::new()
+            .with("/proc/17/comm", "cat\n")
+            .linking("/proc/17/fd/3", "/dev/ttyACM0");
+        assert!(!fake.computer().sees_all(), "the first is not listed");
+        let fake = fake.with("/proc/1/comm", "systemd\n");
+        assert!(fake.computer().sees_all());
+        if rustix::process::geteuid().is_root() {
+            eprintln!("SKIPPED in part: root may look into all");
+            return;
+        }
+        let locked = fake.path("/proc/18/fd/0");
+        let locked = locked.parent().expect("it has one");
+        let allow = |mode| {
+            let permissions = fs::Permissions::from_mode(mode);
+            fs::set_permissions(locked, permissions).expect("it is ours");
+        };
+        allow(0o000);
+        assert!(!fake.computer().sees_all());
+        allow(0o700);
+        assert!(fake.computer().sees_all());
+    }
+
+    #[test]
+    fn rivals_are_ended_and_robots_told_apart() {
+        let program = |pid, name: &str| Program {
+            pid,
+            name: name.to_owned(),
+        };
+        let robot = program(40, "onboard");
+        let other = program(41, "ec_master");
+        assert_eq!(end_rivals(&[robot.clone(), other]), "sudo kill 41");
+        let two = [robot.clone(), program(42, "onboard")];
+        assert!(end_rivals(&two).starts_with("ps -o pid,user,args -p 40,42 "));
+        assert!(is_one_robot(&[robot]) && !is_one_robot(&two) && !is_one_robot(&[]));
     }
 
     #[test]

@@ -3,17 +3,18 @@
 use super::computer::Computer;
 use super::finding::Finding;
 use crate::realtime::latency;
+use crate::realtime::own_cores::Room;
 
 /// Waking from a deeper sleep than this is late for a thread of 1 ms.
 const LONGEST_EXIT_US: u64 = 50;
 const CORES: &str = "/sys/devices/system/cpu";
 
-/// All of them. `big`: how many real-time threads want a big core.
-pub fn findings(computer: &Computer, big: usize, fast_cores: &[usize]) -> Vec<Finding> {
+/// All of them. `own`: what the robot's threads find of cores.
+pub fn findings(computer: &Computer, own: &Room) -> Vec<Finding> {
     vec![
         governor(computer),
         sleep(computer),
-        room(big, fast_cores),
+        room(own),
         balance(computer),
     ]
 }
@@ -50,6 +51,7 @@ fn governor(computer: &Computer) -> Finding {
         [] => Finding::unknown(
             SUBJECT,
             "the kernel does not set the frequency of cores here",
+            "performance, or a fixed frequency from the firmware or the host",
         ),
         [only] if only == "performance" => Finding::good(SUBJECT, "performance"),
         several => Finding::weak(
@@ -103,18 +105,40 @@ fn sleep(computer: &Computer) -> Finding {
     }
 }
 
-fn room(big: usize, fast_cores: &[usize]) -> Finding {
+fn room(own: &Room) -> Finding {
     const SUBJECT: &str = "cores";
-    let cores = fast_cores.len();
-    let is = format!("{cores} fast cores for {big} real-time threads that want one");
-    if cores >= big {
-        Finding::good(SUBJECT, is)
+    if own.are_alike() {
+        let (cores, threads) = (own.cores, own.real_time);
+        let is = format!("{cores} cores, all alike, for {threads} real-time threads");
+        // One more than threads: for the interrupt of the bus, and for all others.
+        return if cores > threads {
+            Finding::good(
+                SUBJECT,
+                format!("{is}: none is given one of its own, and none needs it"),
+            )
+        } else {
+            Finding::weak(
+                SUBJECT,
+                is,
+                format!("more than {threads} cores: those of lower priority wait for the others"),
+            )
+            .with(format!(
+                "echo 1 | sudo tee {CORES}/cpu*/online   # those that are switched off"
+            ))
+        };
+    }
+    let (free, fast, big) = (own.free.len(), own.fast, own.big);
+    let is =
+        format!("{free} of {fast} fast cores are free for {big} real-time threads that want one");
+    if own.is_enough() {
+        Finding::good(SUBJECT, format!("{is}: each has its own"))
     } else {
         Finding::weak(
             SUBJECT,
             is,
             "one for each: those of lower priority wait for the others",
         )
+        .with("threads.NAME.core = \"little\"   # in the robot file, for one that may wait")
     }
 }
 
@@ -136,6 +160,7 @@ mod tests {
     use super::super::computer::tests::Fake;
     use super::super::finding::Verdict;
     use super::*;
+    use crate::realtime::scheduling::{CoreClass, Wanted};
 
     #[test]
     fn one_core_that_saves_energy_is_enough_for_advice() {
@@ -190,9 +215,41 @@ mod tests {
     }
 
     #[test]
-    fn threads_are_counted_against_cores_and_irqbalance_is_found() {
-        assert_eq!(room(3, &[4, 5, 6, 7]).verdict, Verdict::Good);
-        assert_eq!(room(3, &[0, 1]).verdict, Verdict::Weak);
+    fn threads_are_counted_against_cores_that_nobody_else_has() {
+        let thread = |fifo_priority, cores| Wanted {
+            fifo_priority,
+            cores,
+        };
+        let big = |priority| thread(Some(priority), CoreClass::Big);
+        let three = [big(80), big(70), big(50)];
+        // Four slow and four fast ones, and as many that are all alike.
+        let unlike: Vec<(usize, u64)> = (0..8)
+            .map(|n| (n, if n < 4 { 448 } else { 1024 }))
+            .collect();
+        let alike: Vec<(usize, u64)> = (0..8).map(|n| (n, 1024)).collect();
+        let of = |wanted: &[Wanted], cores: &[(usize, u64)]| {
+            let found = room(&Room::among(wanted, cores));
+            assert_eq!(found.verdict == Verdict::Weak, found.command.is_some());
+            (found.verdict, found.is)
+        };
+        let (verdict, is) = of(&three, &unlike);
+        assert!(is.starts_with("4 of 4 fast cores are free for 3 "), "{is}");
+        assert_eq!(verdict, Verdict::Good);
+        let named = |core| thread(None, CoreClass::Number(core));
+        let (verdict, is) = of(&[big(80), big(70), big(50), named(7)], &unlike);
+        assert!(is.starts_with("3 of 4 fast cores are free for 3 "), "{is}");
+        assert_eq!(verdict, Verdict::Good);
+        let (verdict, is) = of(&[big(80), big(70), big(50), named(7), named(6)], &unlike);
+        assert!(is.starts_with("2 of 4 fast cores are free for 3 "), "{is}");
+        assert_eq!(verdict, Verdict::Weak);
+        let (verdict, is) = of(&three, &alike[..4]);
+        assert!(is.starts_with("4 cores, all alike, for 3 "), "{is}");
+        assert_eq!(verdict, Verdict::Good);
+        assert_eq!(of(&three, &alike[..3]).0, Verdict::Weak);
+    }
+
+    #[test]
+    fn irqbalance_is_found() {
         let fake = Fake::new().with("/proc/9/comm", "irqbalance\n");
         assert_eq!(balance(&fake.computer()).verdict, Verdict::Weak);
     }

@@ -3,8 +3,9 @@
 use std::path::Path;
 
 use rustix::fs::{Access, access, statfs};
+use rustix::io::Errno;
 
-use super::finding::Finding;
+use super::finding::{Finding, quoted};
 
 /// Notes and logs need a fraction of it.
 const LEAST_ROOM_MIB: u64 = 64;
@@ -31,12 +32,21 @@ fn memory(runtime: &Path) -> Finding {
             "a folder in memory: $XDG_RUNTIME_DIR, or --runtime",
         )
         .with("export ONBOARD_RUNTIME_DIR=/dev/shm/onboard-$(id -u)"),
-        Err(error) => Finding::bad(
-            SUBJECT,
-            format!("{shown}: {error}"),
-            "a folder of this user",
-        ),
+        Err(error) => missing(SUBJECT, runtime, error),
     }
+}
+
+fn missing(subject: &'static str, folder: &Path, error: Errno) -> Finding {
+    let shown = folder.display();
+    Finding::bad(
+        subject,
+        format!("{shown}: {error}"),
+        "a folder of this user alone",
+    )
+    .with(format!(
+        "sudo install -d -m 0700 -o \"$USER\" {}",
+        quoted(&shown.to_string())
+    ))
 }
 
 fn room(state: &Path) -> Finding {
@@ -59,11 +69,7 @@ fn room(state: &Path) -> Finding {
                 .with("sudo journalctl --vacuum-size=100M; sudo du -xh --max-depth 3 / | sort -h | tail   # what takes it")
             }
         }
-        Err(error) => Finding::bad(
-            SUBJECT,
-            format!("{shown}: {error}"),
-            "a folder of this user",
-        ),
+        Err(error) => missing(SUBJECT, state, error),
     }
 }
 
@@ -98,7 +104,9 @@ mod tests {
             Some("/no/dog"),
         );
         assert!(
-            missing.iter().all(|found| found.verdict == Verdict::Bad),
+            missing
+                .iter()
+                .all(|found| found.verdict == Verdict::Bad && found.command.is_some()),
             "{missing:?}"
         );
     }

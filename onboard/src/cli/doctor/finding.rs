@@ -38,9 +38,9 @@ pub struct Finding {
     pub verdict: Verdict,
     /// What is.
     pub is: String,
-    /// What should be; none where it is so.
+    /// What should be; none where it is so. Of what cannot be seen, too.
     pub should: Option<String>,
-    /// What makes it so.
+    /// What makes it so, or shows what is in the way.
     pub command: Option<String>,
 }
 
@@ -57,10 +57,14 @@ impl Finding {
     }
 
     /// It cannot be seen from here.
-    pub fn unknown(subject: &'static str, is: impl Into<String>) -> Self {
+    pub fn unknown(
+        subject: &'static str,
+        is: impl Into<String>,
+        should: impl Into<String>,
+    ) -> Self {
         Self {
             verdict: Verdict::Unknown,
-            ..Self::good(subject, is)
+            ..Self::weak(subject, is, should)
         }
     }
 
@@ -87,6 +91,16 @@ impl Finding {
             command: Some(command.into()),
             ..self
         }
+    }
+}
+
+/// A word of a command as a shell takes it.
+pub fn quoted(word: &str) -> String {
+    let is_plain = |byte: u8| byte.is_ascii_alphanumeric() || b"-_./=:,".contains(&byte);
+    if !word.is_empty() && word.bytes().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
     }
 }
 

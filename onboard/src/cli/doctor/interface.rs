@@ -1,8 +1,10 @@
 //! The network interface of the fieldbus: there, up, without an address, without other users, without a wait for more frames.
 
+use std::io;
 use std::path::Path;
 
-use super::computer::{Computer, Program, end_all, listed};
+use super::addresses::has_ipv4;
+use super::computer::{Computer, Program, end_rivals, is_one_robot, listed};
 use super::ethtool::{Coalescing, coalescing};
 use super::finding::Finding;
 
@@ -26,7 +28,7 @@ pub fn findings(computer: &Computer, interface: &str) -> Vec<Finding> {
         return vec![finding.with("ip -brief link   # which has a carrier, and no address?")];
     }
     let mut found = vec![link(computer, interface, &folder)];
-    found.push(addresses(computer, interface));
+    found.push(addresses(computer, interface, has_ipv4(interface)));
     found.push(other_users(computer, interface, &folder));
     found.push(managers(computer, interface));
     found.push(waits(interface));
@@ -46,8 +48,11 @@ fn link(computer: &Computer, interface: &str, folder: &str) -> Finding {
         return Finding::bad(
             SUBJECT,
             format!("{interface} has no carrier"),
-            "a cable to a drive that has power",
-        );
+            "a cable that is plugged in at both ends, to a drive that has power",
+        )
+        .with(format!(
+            "ip -brief link show {interface}   # then says LOWER_UP"
+        ));
     }
     let speed = computer
         .number::<i64>(&format!("{folder}/speed"))
@@ -57,29 +62,36 @@ fn link(computer: &Computer, interface: &str, folder: &str) -> Finding {
         Some(speed) => Finding::weak(
             SUBJECT,
             format!("{interface} is up at {speed} Mbit/s"),
-            "100 Mbit/s, which is EtherCAT's: is this the drive?",
-        ),
+            "100 Mbit/s, which is EtherCAT's: plug in the drive, with nothing between",
+        )
+        .with(format!(
+            "sudo ethtool -s {interface} speed 100 duplex full autoneg on   # if it is the drive"
+        )),
     }
 }
 
 /// An interface with an address sends frames of others, which the segment carries round.
-fn addresses(computer: &Computer, interface: &str) -> Finding {
+fn addresses(computer: &Computer, interface: &str, has_ipv4: io::Result<bool>) -> Finding {
     const SUBJECT: &str = "no IP on the bus";
-    let routes = computer.text("/proc/net/route").unwrap_or_default();
-    let ipv4 = routes
-        .lines()
-        .any(|line| line.split_whitespace().next() == Some(interface));
+    const SHOULD: &str = "an interface for frames of the bus alone";
     let ipv6 = computer.text("/proc/net/if_inet6").unwrap_or_default();
     let ipv6 = ipv6
         .lines()
         .any(|line| line.split_whitespace().last() == Some(interface));
-    let is = match (ipv4, ipv6) {
-        (false, false) => return Finding::good(SUBJECT, format!("{interface} has no address")),
-        (true, false) => "an IPv4 route",
-        (false, true) => "an IPv6 address",
-        (true, true) => "IPv4 and IPv6",
+    let is = match (has_ipv4, ipv6) {
+        (Ok(false), false) => {
+            return Finding::good(SUBJECT, format!("{interface} has no address"));
+        }
+        (Err(error), false) => {
+            let is = format!("whether {interface} has an IPv4 address is not told: {error}");
+            let finding = Finding::unknown(SUBJECT, is, SHOULD);
+            return finding.with(format!("ip -brief address show {interface}"));
+        }
+        (Ok(true), false) => "an IPv4 address",
+        (Ok(false) | Err(_), true) => "an IPv6 address",
+        (Ok(true), true) => "IPv4 and IPv6",
     };
-    Finding::weak(SUBJECT, format!("{interface} has {is}"), "an interface for frames of the bus alone").with(format!(
+    Finding::weak(SUBJECT, format!("{interface} has {is}"), SHOULD).with(format!(
         "sudo ip addr flush dev {interface} && sudo sysctl -w net.ipv6.conf.{interface}.disable_ipv6=1"
     ))
 }
@@ -101,29 +113,42 @@ fn other_users(computer: &Computer, interface: &str, folder: &str) -> Finding {
     if inodes.is_empty() {
         return Finding::good(SUBJECT, "nobody else sends EtherCAT frames");
     }
-    let sockets: Vec<String> = inodes
-        .iter()
-        .map(|inode| format!("socket:[{inode}]"))
-        .collect();
-    let programs =
-        computer.who_has_open(|path| sockets.iter().any(|socket| path == Path::new(socket)));
-    if programs.first().is_some_and(Program::is_a_robot) {
-        return Finding::unknown(SUBJECT, format!("{} drives by it", listed(&programs)));
+    let users = |inode: &&str| {
+        let socket = format!("socket:[{inode}]");
+        computer.who_has_open(|path| path == Path::new(&socket))
+    };
+    let users: Vec<Vec<Program>> = inodes.iter().map(users).collect();
+    // Sockets of all users are told, but not who has those of others.
+    let is_one_unseen = users.iter().any(Vec::is_empty);
+    let mut programs: Vec<Program> = users.into_iter().flatten().collect();
+    programs.sort_by_key(|own| own.pid);
+    programs.dedup();
+    if !is_one_unseen && is_one_robot(&programs) {
+        return Finding::unknown(
+            SUBJECT,
+            format!("{} drives by it", listed(&programs)),
+            "this robot alone: look again when it is stopped",
+        );
     }
-    let who = if programs.is_empty() {
-        "another program".to_owned()
-    } else {
-        listed(&programs)
+    let mut who = listed(&programs);
+    if is_one_unseen {
+        who.push_str(if who.is_empty() { "" } else { ", " });
+        who.push_str("a program that this user does not see");
+    }
+    let verb = match programs.len() + usize::from(is_one_unseen) {
+        1 => "sends",
+        _ => "send",
     };
     let finding = Finding::bad(
         SUBJECT,
-        format!("{who} sends EtherCAT frames on {interface}"),
+        format!("{who} {verb} EtherCAT frames on {interface}"),
         "one MainDevice on a segment",
     );
-    match end_all(&programs) {
-        Some(command) => finding.with(command),
-        None => finding.with("sudo ss --packet --processes   # whose it is"),
-    }
+    finding.with(if is_one_unseen {
+        "sudo ss --packet --processes   # whose it is".to_owned()
+    } else {
+        end_rivals(&programs)
+    })
 }
 
 fn managers(computer: &Computer, interface: &str) -> Finding {
@@ -181,7 +206,12 @@ fn waits(interface: &str) -> Finding {
                 ))
             }
         }
-        Err(error) => Finding::unknown(SUBJECT, format!("{interface} does not tell: {error}")),
+        Err(error) => Finding::unknown(
+            SUBJECT,
+            format!("{interface} does not tell: {error}"),
+            format!("at most {LONGEST_WAIT_US} µs"),
+        )
+        .with(format!("sudo ethtool -c {interface}")),
     }
 }
 
@@ -207,34 +237,33 @@ mod tests {
         assert_eq!(of(&up()).verdict, Verdict::Good);
         let down = of(&up().with("/sys/class/net/eth0/flags", "0x1002\n"));
         assert_eq!(down.command.as_deref(), Some("sudo ip link set eth0 up"));
-        assert_eq!(
-            of(&up().with("/sys/class/net/eth0/carrier", "0\n")).verdict,
-            Verdict::Bad
-        );
-        assert_eq!(
-            of(&up().with("/sys/class/net/eth0/speed", "1000\n")).verdict,
-            Verdict::Weak
-        );
+        let loose = of(&up().with("/sys/class/net/eth0/carrier", "0\n"));
+        assert!(loose.verdict == Verdict::Bad && loose.command.is_some());
+        let fast = of(&up().with("/sys/class/net/eth0/speed", "1000\n"));
+        assert!(fast.verdict == Verdict::Weak && fast.command.is_some());
         let missing = findings(&up().computer(), "eth7");
         assert!(missing[0].is.contains("there are eth0"), "{}", missing[0]);
     }
 
     #[test]
     fn addresses_of_either_kind_are_seen() {
-        let routes =
-            "Iface\tDestination\tGateway\nwlan0\t00000000\t0101A8C0\neth0\t0001A8C0\t00000000\n";
+        let clean = up();
         let local = "fe800000000000000000000000000001 02 40 20 80     eth0\n";
-        let clean = up().with("/proc/net/route", "Iface\tDestination\nwlan0\t0\n");
-        assert_eq!(addresses(&clean.computer(), "eth0").verdict, Verdict::Good);
-        let both = up()
-            .with("/proc/net/route", routes)
-            .with("/proc/net/if_inet6", local);
-        assert!(
-            addresses(&both.computer(), "eth0")
-                .is
-                .ends_with("IPv4 and IPv6")
-        );
-        assert_eq!(addresses(&both.computer(), "eth1").verdict, Verdict::Good);
+        let with_ipv6 = up().with("/proc/net/if_inet6", local);
+        let of = |fake: &Fake, interface: &str, has_ipv4: io::Result<bool>| {
+            let found = addresses(&fake.computer(), interface, has_ipv4);
+            (found.verdict, found.is)
+        };
+        assert_eq!(of(&clean, "eth0", Ok(false)).0, Verdict::Good);
+        let weak = |is: &str| (Verdict::Weak, format!("eth0 has {is}"));
+        // It has no route.
+        assert_eq!(of(&clean, "eth0", Ok(true)), weak("an IPv4 address"));
+        assert_eq!(of(&with_ipv6, "eth0", Ok(false)), weak("an IPv6 address"));
+        assert_eq!(of(&with_ipv6, "eth0", Ok(true)), weak("IPv4 and IPv6"));
+        assert_eq!(of(&with_ipv6, "eth1", Ok(false)).0, Verdict::Good);
+        let untold = || -> io::Result<bool> { Err(io::ErrorKind::PermissionDenied.into()) };
+        assert_eq!(of(&clean, "eth0", untold()).0, Verdict::Unknown);
+        assert_eq!(of(&with_ipv6, "eth0", untold()), weak("an IPv6 address"));
     }
 
     #[test]
@@ -267,6 +296,45 @@ mod tests {
         let found = other_users(&fake.computer(), "eth0", FOLDER);
         assert_eq!(found.verdict, Verdict::Unknown);
         assert_eq!(found.is, "onboard (40) drives by it");
+    }
+
+    #[test]
+    fn whoever_is_beside_a_robot_that_runs_is_its_rival() {
+        let packet = "sk RefCnt Type Proto Iface R Rmem User Inode\n\
+                      0 3 3 88a4 2 1 0 0 4711\n\
+                      0 3 3 88a4 2 1 0 0 4712\n";
+        let of = |fake: &Fake| {
+            let found = other_users(&fake.computer(), "eth0", FOLDER);
+            assert_eq!(found.verdict, Verdict::Bad, "{found}");
+            (found.is, found.command.expect("one that helps"))
+        };
+        let robot = || {
+            up().with("/proc/net/packet", packet)
+                .with("/proc/40/comm", "onboard\n")
+                .linking("/proc/40/fd/5", "socket:[4711]")
+        };
+        let beside = |name: &str| {
+            of(&robot()
+                .with("/proc/41/comm", name)
+                .linking("/proc/41/fd/5", "socket:[4712]"))
+        };
+        let (is, command) = beside("ec_master\n");
+        assert_eq!(
+            is,
+            "onboard (40), ec_master (41) send EtherCAT frames on eth0"
+        );
+        assert_eq!(command, "sudo kill 41");
+        let (is, command) = beside("onboard\n");
+        assert!(is.starts_with("onboard (40), onboard (41) send "), "{is}");
+        assert!(command.starts_with("ps -o pid,user,args -p 40,41"));
+        let (is, command) = of(&robot());
+        assert!(
+            is.starts_with("onboard (40), a program that this user does not see send "),
+            "{is}"
+        );
+        assert!(command.starts_with("sudo ss "), "{command}");
+        let (is, _) = of(&up().with("/proc/net/packet", packet));
+        assert!(is.starts_with("a program that this user does not see sends "));
     }
 
     #[test]

@@ -22,7 +22,9 @@ pub fn findings(
         .collect();
     if numbers.is_empty() {
         let is = format!("none by the name of {interface}, or of its USB controller");
-        return vec![Finding::unknown(SUBJECT, is)];
+        let should = "one that comes before the robot's threads";
+        let finding = Finding::unknown(SUBJECT, is, should);
+        return vec![finding.with("cat /proc/interrupts   # which one counts while frames come?")];
     }
     vec![
         comes_first(computer, &numbers, priority),
@@ -69,7 +71,11 @@ fn place(computer: &Computer, numbers: &[&str], slow: &[usize]) -> Finding {
     lists.sort();
     lists.dedup();
     if lists.is_empty() {
-        return Finding::unknown(SUBJECT, "the kernel does not tell");
+        return Finding::unknown(
+            SUBJECT,
+            "the kernel does not tell",
+            "a slow core, where there is one",
+        );
     }
     let is = format!("cores {}", lists.join(", "));
     let Some(last) = slow.last().filter(|_| !elsewhere.is_empty()) else {

@@ -18,6 +18,8 @@ const FAST_CLOCKS: [&str; 6] = [
     "hyperv_clocksource",
     "xen",
 ];
+/// Where the kernel tells of its clocks.
+const CLOCKS: &str = "/sys/devices/system/clocksource/clocksource0";
 /// So much of each period real-time threads may have at the least: ours need a tenth of one core.
 const LEAST_SHARE: f64 = 0.5;
 
@@ -39,18 +41,20 @@ pub fn findings(computer: &Computer) -> Vec<Finding> {
 }
 
 fn release(computer: &Computer) -> Finding {
+    let (oldest_major, oldest_minor) = OLDEST;
+    let should = format!("{oldest_major}.{oldest_minor} or newer");
     let Some(release) = computer.text("/proc/sys/kernel/osrelease") else {
-        return Finding::unknown("kernel", "/proc/sys/kernel/osrelease cannot be read");
+        let is = "/proc/sys/kernel/osrelease cannot be read";
+        return Finding::unknown("kernel", is, should);
     };
     let mut numbers = release.split(|c: char| !c.is_ascii_digit()).map(str::parse);
     let (Some(Ok(major)), Some(Ok(minor))) = (numbers.next(), numbers.next()) else {
-        return Finding::unknown("kernel", release);
+        return Finding::unknown("kernel", release, should);
     };
     if (major, minor) >= OLDEST {
         Finding::good("kernel", release)
     } else {
-        let (major, minor) = OLDEST;
-        Finding::bad("kernel", release, format!("{major}.{minor} or newer")).with(INSTALL)
+        Finding::bad("kernel", release, should).with(INSTALL)
     }
 }
 
@@ -76,6 +80,7 @@ fn preemption(computer: &Computer) -> Finding {
 
 fn throttling(computer: &Computer) -> Finding {
     const SUBJECT: &str = "throttling";
+    const SHOULD: &str = "95 %, as kernels begin";
     let read = |name: &str| computer.number::<i64>(&format!("/proc/sys/kernel/{name}"));
     let (runtime, period) = (read("sched_rt_runtime_us"), read("sched_rt_period_us"));
     match (runtime, period) {
@@ -88,11 +93,11 @@ fn throttling(computer: &Computer) -> Finding {
             if runtime as f64 >= period as f64 * LEAST_SHARE {
                 Finding::good(SUBJECT, is)
             } else {
-                Finding::bad(SUBJECT, is, "95 %, as kernels begin")
+                Finding::bad(SUBJECT, is, SHOULD)
                     .with("sudo sysctl -w kernel.sched_rt_runtime_us=950000 kernel.sched_rt_period_us=1000000")
             }
         }
-        _ => Finding::unknown(SUBJECT, "the kernel does not tell"),
+        _ => Finding::unknown(SUBJECT, "the kernel does not tell", SHOULD),
     }
 }
 
@@ -114,15 +119,15 @@ fn autogroups(computer: &Computer) -> Finding {
 
 fn clock(computer: &Computer) -> Finding {
     const SUBJECT: &str = "clock";
-    const FOLDER: &str = "/sys/devices/system/clocksource/clocksource0";
-    let Some(current) = computer.text(&format!("{FOLDER}/current_clocksource")) else {
-        return Finding::unknown(SUBJECT, "the kernel does not tell");
+    const SHOULD: &str = "one that is read in user space, where the processor has it";
+    let Some(current) = computer.text(&format!("{CLOCKS}/current_clocksource")) else {
+        return Finding::unknown(SUBJECT, "the kernel does not tell", SHOULD);
     };
     if FAST_CLOCKS.contains(&current.as_str()) {
         return Finding::good(SUBJECT, current);
     }
     let others = computer
-        .text(&format!("{FOLDER}/available_clocksource"))
+        .text(&format!("{CLOCKS}/available_clocksource"))
         .unwrap_or_default();
     let better = others
         .split_whitespace()
@@ -130,22 +135,21 @@ fn clock(computer: &Computer) -> Finding {
     let finding = Finding::weak(
         SUBJECT,
         format!("{current}, which takes a system call to read"),
-        "one that is read in user space, where the processor has it",
+        SHOULD,
     );
-    match better {
-        Some(better) => finding.with(format!(
-            "echo {better} | sudo tee {FOLDER}/current_clocksource"
-        )),
-        None => finding,
-    }
+    finding.with(match better {
+        Some(better) => format!("echo {better} | sudo tee {CLOCKS}/current_clocksource"),
+        None => "sudo dmesg | grep -i -e clocksource -e tsc -e arch_timer   # why the kernel offers no other".to_owned(),
+    })
 }
 
 /// Whether somebody who closes a lid or presses a key, or nobody for long, puts the computer to sleep while its robot drives.
 fn sleeping(computer: &Computer) -> Finding {
     const SUBJECT: &str = "sleep";
-    const CLOCKS: &str = "/sys/class/rtc";
+    const SHOULD: &str = "one that stays awake";
+    const RTC: &str = "/sys/class/rtc";
     let Some(states) = computer.text("/sys/power/state") else {
-        return Finding::unknown(SUBJECT, "the kernel does not tell");
+        return Finding::unknown(SUBJECT, "the kernel does not tell", SHOULD);
     };
     if states.is_empty() {
         return Finding::good(SUBJECT, "this computer cannot sleep");
@@ -158,14 +162,14 @@ fn sleeping(computer: &Computer) -> Finding {
         return Finding::good(SUBJECT, "systemd does not let it sleep");
     }
     // By such a clock the kernel tells how long it has slept.
-    let mut clocks = computer.names(CLOCKS).into_iter();
-    let is_told = |clock: String| computer.number(&format!("{CLOCKS}/{clock}/hctosys")) == Some(1);
+    let mut clocks = computer.names(RTC).into_iter();
+    let is_told = |clock: String| computer.number(&format!("{RTC}/{clock}/hctosys")) == Some(1);
     let is = if clocks.any(is_told) {
         "it may be put to sleep: its robot stops then, and waits to be told where it is"
     } else {
         "it may be put to sleep, and without a battery-backed clock may not notice when it wakes"
     };
-    Finding::weak(SUBJECT, is, "one that stays awake").with(
+    Finding::weak(SUBJECT, is, SHOULD).with(
         "sudo systemctl mask sleep.target suspend.target hibernate.target hybrid-sleep.target",
     )
 }
@@ -177,22 +181,29 @@ fn absolute_sleep() -> Finding {
     /// No machine that drives a robot is held up for so long.
     const LONGEST: Duration = Duration::from_millis(500);
     if let Err(error) = check_absolute_sleep() {
-        return Finding::bad(SUBJECT, error.to_string(), "a kernel that knows them");
+        return Finding::bad(SUBJECT, error.to_string(), "a kernel from 5.1 on").with(INSTALL);
     }
     let wanted_ns = now_ns() + AHEAD.as_nanos() as u64;
     sleep_until(wanted_ns);
     let woken_ns = now_ns();
     if woken_ns < wanted_ns {
         let early = Duration::from_nanos(wanted_ns - woken_ns);
-        return Finding::bad(SUBJECT, format!("woken {early:?} early"), "never early");
+        // A sleep that ends too soon goes on.
+        return Finding::bad(
+            SUBJECT,
+            format!("woken {early:?} early, by a clock that has gone back"),
+            "never early: another clock of those that the kernel has",
+        )
+        .with(format!("cat {CLOCKS}/available_clocksource   # then: echo NAME | sudo tee {CLOCKS}/current_clocksource"));
     }
     let late = Duration::from_nanos(woken_ns - wanted_ns);
     if late > LONGEST {
         return Finding::bad(
             SUBJECT,
             format!("{late:?} late"),
-            "a fraction of a millisecond",
-        );
+            "a fraction of a millisecond: cores that neither other programs nor a busy host take",
+        )
+        .with("top -b -n 1 | head -n 20   # who takes them");
     }
     Finding::good(SUBJECT, format!("{late:?} late"))
 }
@@ -259,11 +270,10 @@ mod tests {
 
     #[test]
     fn a_slow_clock_is_told_with_the_faster_one_that_is_there() {
-        const FOLDER: &str = "/sys/devices/system/clocksource/clocksource0";
         let fake = Fake::new()
-            .with(&format!("{FOLDER}/current_clocksource"), "hpet\n")
+            .with(&format!("{CLOCKS}/current_clocksource"), "hpet\n")
             .with(
-                &format!("{FOLDER}/available_clocksource"),
+                &format!("{CLOCKS}/available_clocksource"),
                 "acpi_pm hpet tsc\n",
             );
         let found = clock(&fake.computer());
@@ -272,6 +282,13 @@ mod tests {
             found
                 .command
                 .is_some_and(|command| command.starts_with("echo tsc |"))
+        );
+        let slow_ones = fake.with(&format!("{CLOCKS}/available_clocksource"), "hpet\n");
+        let found = clock(&slow_ones.computer());
+        assert!(
+            found
+                .command
+                .is_some_and(|command| command.contains("dmesg"))
         );
     }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rustix::fs::{Access, access, major, minor};
 
-use super::computer::{Computer, Program, end_all, listed};
+use super::computer::{Computer, end_rivals, is_one_robot, listed};
 use super::finding::Finding;
 
 const BY_ID: &str = "/dev/serial/by-id";
@@ -14,8 +14,8 @@ const LONGEST_LATENCY_MS: u32 = 2;
 /// Programs that open serial devices to see what they are.
 const CURIOUS: [&str; 2] = ["ModemManager", "brltty"];
 
-/// All of them.
-pub fn findings(computer: &Computer, device: &Path) -> Vec<Finding> {
+/// All of them. `as_root`: the command that looks again, as root.
+pub fn findings(computer: &Computer, device: &Path, as_root: &str) -> Vec<Finding> {
     let shown = device.display();
     let Ok(metadata) = device.metadata() else {
         let finding = Finding::bad(
@@ -37,7 +37,7 @@ pub fn findings(computer: &Computer, device: &Path) -> Vec<Finding> {
     let mut found = vec![
         may_use(device),
         name(computer, device),
-        rivals(computer, device),
+        rivals(computer, device, as_root),
     ];
     found.push(curious(computer, number));
     found.extend(latency(computer, device));
@@ -80,38 +80,48 @@ fn name(computer: &Computer, device: &Path) -> Finding {
     let finding = Finding::weak(
         SUBJECT,
         "counts in the order in which devices are plugged in",
-        "the name of this one device",
+        "the name of this one device, or of where it is plugged in",
     );
-    match own {
-        Some(own) => finding.with(format!(
-            "lidar.device = \"{BY_ID}/{own}\"   # in the robot file"
-        )),
-        None => finding,
-    }
+    finding.with(match own {
+        Some(own) => format!("lidar.device = \"{BY_ID}/{own}\"   # in the robot file"),
+        None => format!(
+            "udevadm info --query=symlink --name={}   # its other names, below /dev",
+            device.display()
+        ),
+    })
 }
 
-fn rivals(computer: &Computer, device: &Path) -> Finding {
+fn rivals(computer: &Computer, device: &Path, as_root: &str) -> Finding {
     const SUBJECT: &str = "nobody else at it";
     let real = std::fs::canonicalize(device);
     let is_it = |path: &Path| real.as_ref().is_ok_and(|real| path == real);
     let programs = computer.who_has_open(is_it);
-    if programs.is_empty() {
-        Finding::good(SUBJECT, "nobody has it open, as far as this user sees")
-    } else if programs.iter().all(Program::is_a_robot) {
-        Finding::unknown(SUBJECT, format!("{} drives by it", listed(&programs)))
-    } else {
-        let finding = Finding::bad(
+    if is_one_robot(&programs) {
+        Finding::unknown(
             SUBJECT,
-            format!("{} has it open", listed(&programs)),
+            format!("{} drives by it", listed(&programs)),
+            "this robot alone: look again when it is stopped",
+        )
+    } else if !programs.is_empty() {
+        let verb = match programs.len() {
+            1 => "has",
+            _ => "have",
+        };
+        Finding::bad(
+            SUBJECT,
+            format!("{} {verb} it open", listed(&programs)),
             "the robot alone",
-        );
-        let others: Vec<Program> = { programs.into_iter() }
-            .filter(|own| !own.is_a_robot())
-            .collect();
-        match end_all(&others) {
-            Some(command) => finding.with(command),
-            None => finding,
-        }
+        )
+        .with(end_rivals(&programs))
+    } else if computer.sees_all() {
+        Finding::good(SUBJECT, "nobody has it open")
+    } else {
+        Finding::unknown(
+            SUBJECT,
+            "nobody that this user can see has it open",
+            "the robot alone: as root all are seen",
+        )
+        .with(as_root)
     }
 }
 
@@ -170,6 +180,8 @@ mod tests {
     use super::super::finding::Verdict;
     use super::*;
 
+    const AS_ROOT: &str = "sudo onboard doctor";
+
     #[test]
     fn a_name_that_counts_is_told_with_the_one_that_stays() {
         let fake = Fake::new().linking("/dev/serial/by-id/usb-Hokuyo_URG-if00", "../../ttyACM0");
@@ -181,7 +193,12 @@ mod tests {
                 .is_some_and(|text| text.contains("by-id/usb-Hokuyo_URG-if00\""))
         );
         let other = name(&fake.computer(), Path::new("/dev/ttyACM1"));
-        assert_eq!((other.verdict, other.command), (Verdict::Weak, None));
+        assert_eq!(other.verdict, Verdict::Weak);
+        assert!(
+            other
+                .command
+                .is_some_and(|text| text.contains("--name=/dev/ttyACM1 "))
+        );
         assert_eq!(
             name(&fake.computer(), Path::new("/dev/lidar")).verdict,
             Verdict::Good
@@ -206,17 +223,38 @@ mod tests {
     #[test]
     fn a_device_that_is_missing_or_none_or_in_use_is_bad() {
         let none = Fake::new().computer();
-        let of = |path: &str| findings(&none, Path::new(path));
+        let of = |path: &str| findings(&none, Path::new(path), AS_ROOT);
         assert!(of("/dev/no-such-lidar")[0].is.starts_with("there is no"));
         assert!(of("/proc/version")[0].is.ends_with("is no device"));
         let fake = Fake::new()
             .with("/proc/9/comm", "cat\n")
             .linking("/proc/9/fd/0", "/dev/null");
-        let found = rivals(&fake.computer(), Path::new("/dev/null"));
+        let found = rivals(&fake.computer(), Path::new("/dev/null"), AS_ROOT);
         assert_eq!(
             (found.verdict, found.is.as_str()),
             (Verdict::Bad, "cat (9) has it open")
         );
         assert_eq!(found.command.as_deref(), Some("sudo kill 9"));
+    }
+
+    #[test]
+    fn one_robot_has_a_device_open_or_nobody_if_all_are_seen() {
+        let of = |fake: &Fake| rivals(&fake.computer(), Path::new("/dev/null"), AS_ROOT);
+        let unseen = of(&Fake::new());
+        assert_eq!(
+            (unseen.verdict, unseen.command.as_deref()),
+            (Verdict::Unknown, Some(AS_ROOT))
+        );
+        let seen = Fake::new().with("/proc/1/comm", "systemd\n");
+        assert_eq!(of(&seen).verdict, Verdict::Good);
+        let robot = |fake: Fake, pid: u32| {
+            fake.with(&format!("/proc/{pid}/comm"), "onboard\n")
+                .linking(&format!("/proc/{pid}/fd/7"), "/dev/null")
+        };
+        let one = robot(seen, 40);
+        assert_eq!(of(&one).verdict, Verdict::Unknown);
+        let two = of(&robot(one, 41));
+        assert_eq!(two.verdict, Verdict::Bad);
+        assert_eq!(two.is, "onboard (40), onboard (41) have it open");
     }
 }
