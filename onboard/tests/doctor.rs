@@ -120,7 +120,10 @@ fn each_finding_is_an_object_for_programs() {
     assert_eq!(verdict("serial device").as_deref(), Some("good"), "{text}");
     for own in &findings {
         let is_worse = matches!(own["verdict"].as_str(), Some("weak" | "bad"));
-        assert!(own["should"].is_string() || own["verdict"] == "good", "{own}");
+        assert!(
+            own["should"].is_string() || own["verdict"] == "good",
+            "{own}"
+        );
         assert!(own["command"].is_string() || !is_worse, "{own}");
     }
 }

@@ -35,6 +35,8 @@ enum Command {
         files: Files,
         #[command(flatten)]
         runtime: RuntimeArgs,
+        #[command(flatten)]
+        state: StateArgs,
         /// Print JSON, one object a line
         #[arg(long)]
         json: bool,
@@ -45,9 +47,8 @@ enum Command {
         files: Files,
         #[command(flatten)]
         runtime: RuntimeArgs,
-        /// Folder on disk, for what outlives the computer's being switched off [default: that of --runtime if given, else $XDG_STATE_HOME/onboard, or ~/.local/state/onboard]
-        #[arg(long, value_name = "DIR", env = "ONBOARD_STATE_DIR")]
-        state: Option<PathBuf>,
+        #[command(flatten)]
+        state: StateArgs,
         /// Drive a real bus though real-time priority is not granted: the robot may stop at any moment because its threads are late
         #[arg(long)]
         without_real_time: bool,
@@ -96,6 +97,13 @@ struct RuntimeArgs {
     folder: Option<PathBuf>,
 }
 
+#[derive(Clone, Debug, Args)]
+struct StateArgs {
+    /// Folder on disk, for what outlives the computer's being switched off [default: that of --runtime if given, else $XDG_STATE_HOME/onboard, or ~/.local/state/onboard]
+    #[arg(long = "state", value_name = "DIR", env = "ONBOARD_STATE_DIR")]
+    on_disk: Option<PathBuf>,
+}
+
 /// Runs the program with these arguments, the first being its name. Ends the process after `--help` and wrong usage.
 pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     contract::private::by_default();
@@ -106,15 +114,19 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
             runtime,
             state,
             without_real_time,
-        } => Runtime::new(runtime.folder)
-            .and_then(|runtime| run::run(&files, &runtime.lasting_in(state), without_real_time)),
+        } => Runtime::new(runtime.folder).and_then(|runtime| {
+            let runtime = runtime.lasting_in(state.on_disk);
+            run::run(&files, &runtime, without_real_time)
+        }),
         Command::Doctor {
             files,
             runtime,
+            state,
             json,
-        } => {
-            Runtime::new(runtime.folder).and_then(|runtime| doctor::doctor(&files, &runtime, json))
-        }
+        } => Runtime::new(runtime.folder).and_then(|runtime| {
+            let runtime = runtime.lasting_in(state.on_disk);
+            doctor::doctor(&files, &runtime, json)
+        }),
         Command::Inspect {
             name,
             robot,
@@ -137,5 +149,25 @@ pub fn main_from(arguments: impl IntoIterator<Item = OsString>) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => failure.print(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_commands_of_the_package_are_commands_of_the_program() {
+        let files = [
+            include_str!("../../debian/onboard-doctor"),
+            include_str!("../../debian/onboard.service"),
+        ];
+        for file in files {
+            let (_, command) = file.split_once("/usr/bin/onboard ").expect("it has one");
+            let command = command.lines().next().expect("a line");
+            let words = { command.split_whitespace() }.filter(|word| *word != "\"$@\"");
+            let parsed = Cli::try_parse_from(["onboard"].into_iter().chain(words));
+            assert!(parsed.is_ok(), "{command}: {parsed:?}");
+        }
     }
 }

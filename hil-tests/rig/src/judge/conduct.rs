@@ -31,8 +31,8 @@ pub(super) struct Conduct {
     lane: Lane,
     believed: Believed,
     stood_since_ns: Option<u64>,
-    /// When it has driven by hand, by the scenario.
-    by_hand_ns: Vec<Range<u64>>,
+    /// When it was driven by hand, or could not steer, by the scenario: no matter of its own where that takes it.
+    led_astray_ns: Vec<Range<u64>>,
     /// Since when its machine is in its state.
     state_ns: u64,
     /// When something last kept it from driving, as it says.
@@ -44,8 +44,9 @@ pub(super) struct Conduct {
 
 impl Conduct {
     pub(super) fn new(scenario: &Scenario, robot: Robot, start_ns: u64) -> Self {
-        let by_hand = |fault: &&ScriptedFault| {
-            fault.what == ScriptedKind::Teleop && fault.robot.as_ref() == Some(&robot.id)
+        let leads_astray = |fault: &&ScriptedFault| {
+            let kinds = [ScriptedKind::Teleop, ScriptedKind::JamPivot];
+            kinds.contains(&fault.what) && fault.robot.as_ref() == Some(&robot.id)
         };
         let at_ns = |at_s: f64| start_ns + (at_s * 1e9) as u64;
         Self {
@@ -56,7 +57,7 @@ impl Conduct {
             lane: Lane::default(),
             believed: Believed::new(scenario, &robot, start_ns),
             stood_since_ns: None,
-            by_hand_ns: { scenario.faults.iter().filter(by_hand) }
+            led_astray_ns: { scenario.faults.iter().filter(leads_astray) }
                 .map(|fault| at_ns(fault.at_s)..at_ns(fault.until_s()))
                 .collect(),
             state_ns: start_ns,
@@ -157,12 +158,13 @@ impl Conduct {
             return;
         }
         let since_ns = std::mem::replace(&mut self.state_ns, truth.time_ns);
-        let mut by_hand_ns = self.by_hand_ns.iter();
-        let by_hand = by_hand_ns.any(|when| when.start < truth.time_ns && when.end > since_ns);
+        let mut led_astray_ns = self.led_astray_ns.iter();
+        let led_astray =
+            led_astray_ns.any(|when| when.start < truth.time_ns && when.end > since_ns);
         let robot = &self.robot;
         let how = (truth.twist.v_m_s.abs() < STANDING_M_S, kept);
         let before = { figures.states.last() }
-            .filter(|_| !by_hand)
+            .filter(|_| !led_astray)
             .filter(|name| has_stopped(&robot.site, &robot.fsm, name, &belief.state, how))
             .and_then(|name| robot.fsm.state(name));
         let stop_at = |pose: &Pose| {

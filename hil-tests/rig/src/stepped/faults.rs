@@ -6,7 +6,7 @@ use sim::world::{Mechanics, Random};
 
 use super::clock::START_NS;
 pub use super::late::Lateness;
-use super::network::MessageKind;
+use super::message::{MessageKind, Weather};
 use super::split::splits;
 use crate::scenario::{
     Direction, GRAVITY_M_S2, OVERLOADED_BY_S, SUPERVISOR, Scenario, ScriptedFault, ScriptedKind,
@@ -143,14 +143,6 @@ pub(super) struct Change {
     pub(super) begins: bool,
     /// Number in the scenario.
     pub(super) robot: Option<usize>,
-}
-
-/// What happens to messages of one robot at a time.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(super) struct Weather {
-    pub(super) lost: f64,
-    pub(super) repeated: f64,
-    pub(super) delay_ns: f64,
 }
 
 /// A run's faults, with times of the simulated clock.

@@ -7,7 +7,7 @@ use sim::world::Random;
 use super::disk::{Disk, End};
 use super::fleet::Stepped;
 use super::mediator::{Ending, HeldUp, SteppedMediator};
-use super::network::{Message, MessageKind};
+use super::message::{Message, MessageKind};
 use crate::scenario::ScriptedKind;
 
 /// While it has nothing to write for so long, it ends between two steps.

@@ -45,6 +45,7 @@ mod lidar;
 mod mediating;
 mod mediator;
 mod member;
+mod message;
 mod motors_off;
 mod network;
 mod operated;

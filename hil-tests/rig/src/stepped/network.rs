@@ -8,8 +8,7 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use onboard::activities::communication::{Inbox, OpenSession, Session};
 use sim::world::Random;
 
-use super::faults::Weather;
-use crate::scenario::{Direction, WhichMediator};
+use super::message::{Message, MessageKind, Weather};
 
 /// How long a message takes: least and most.
 const LATENCY_NS: [f64; 2] = [0.15e6, 0.9e6];
@@ -19,41 +18,6 @@ const NETWORK_STREAM: u64 = 0x4E45_5457;
 const AGAIN_NS: f64 = 10e9;
 /// So does what becomes of messages while a fault lasts.
 const CHANCE_STREAM: u64 = 0x4348_414E;
-
-/// A message, encoded; robots have the numbers that they have in the scenario.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Message {
-    pub(super) robot: usize,
-    pub(super) kind: MessageKind,
-    pub(super) bytes: Vec<u8>,
-}
-
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum MessageKind {
-    /// Of a robot to everybody.
-    State,
-    /// Of a robot to the mediator.
-    Report,
-    /// The same to the second mediator, on a way of its own.
-    SecondReport,
-    /// Of the mediator to a robot.
-    Answer,
-    /// The same of the second mediator.
-    SecondAnswer,
-}
-
-impl MessageKind {
-    /// Which way it goes, and from or to which mediator if not to everybody.
-    pub(super) fn way(self) -> (Direction, Option<WhichMediator>) {
-        match self {
-            Self::State => (Direction::ToMediator, None),
-            Self::Report => (Direction::ToMediator, Some(WhichMediator::First)),
-            Self::SecondReport => (Direction::ToMediator, Some(WhichMediator::Second)),
-            Self::Answer => (Direction::ToRobots, Some(WhichMediator::First)),
-            Self::SecondAnswer => (Direction::ToRobots, Some(WhichMediator::Second)),
-        }
-    }
-}
 
 /// The network.
 pub(super) struct Network {

@@ -2,7 +2,6 @@
 
 use sim::world::Random;
 
-use super::faults::below;
 use crate::scenario::{Scenario, ScriptedFault, ScriptedKind, WhichMediator};
 
 /// Splits come from the seed, apart from the faults that they belong to.
@@ -24,13 +23,10 @@ pub(super) fn splits(
             continue;
         }
         for robot in &scenario.robots {
-            let from = [
-                Some(WhichMediator::First),
-                Some(WhichMediator::Second),
-                None,
-            ];
-            let Some(mediator) = from[below(&mut random, from.len())] else {
-                continue;
+            let mediator = match random.unit() {
+                ..0.333 => WhichMediator::First,
+                0.333..0.667 => WhichMediator::Second,
+                _ => continue,
             };
             splits.push(ScriptedFault {
                 what: ScriptedKind::Partition,
@@ -46,13 +42,10 @@ pub(super) fn splits(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scenario::{Changes, load_shipped};
 
     #[test]
     fn each_robot_of_half_the_second_mediators_hears_one_both_or_neither() {
-        let Ok(scenario) = load_shipped("overtaking", &Changes::default()) else {
-            panic!("it is shipped")
-        };
+        let scenario = crate::testing::scenario("overtaking");
         let fault = "at_s = 20.0\nfor_s = 7.5\nwhat = \"second-mediator\"";
         let fault: ScriptedFault = toml::from_str(fault).expect("a fault");
         let of = |seed| splits(&scenario, seed, std::slice::from_ref(&fault));
