@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 
 from .. import page
-from ..fleet import STARTS_S, Fleet
+from ..fleet import STARTS_S, Fleet, at_progress, holds
 from ..floor import floor_hash
 from ..played_robot import PlayedRobot
 from . import SUITE
@@ -16,6 +16,9 @@ SILENT = "That holds when it is silent, too, and when the mediator starts again 
 LOST = "One that does not know where it is keeps nobody out"
 REFUSED = ("A process that is refused for its floor or its version counts with where it says that it stands, as any other: beside one that "
            "is heard as a second one, from its first report on, and alone as the robot's own body.")
+ELSEWHERE = ("So the process before is taken for a second one that was found, in every area in which it stood or which it had. These stay "
+             "blocked, whatever the new process gives back, also while the one before is silent, and when the mediator starts again with its "
+             "journal, until that one says that it stands elsewhere")
 STAYS = "Where it was last it is, also when it is silent and after the mediator has started again, until it says that it stands elsewhere"
 
 
@@ -141,3 +144,23 @@ def refused_body_over_start(fleet: Fleet) -> None:
     over_a_start(fleet)
     body.keeps_out(f"a process of {fleet.robots[0].robot_id} with another floor stood there when the mediator before heard it last")
     body.leaves()
+
+
+@SUITE.check("starts-elsewhere", ELSEWHERE, needs=["2 robots"])
+def starts_elsewhere(fleet: Fleet) -> None:
+    """Where a robot stood that starts anew in no area nobody is let in, until the process before says that it has left."""
+    first, second = fleet.robots[:2]
+    area, = fleet.areas(1)
+    claim = fleet.obtain(first, area)
+    first.enter(area)
+    fleet.expect(first, fleet.soon_s, at_progress(area, claim.run, 3), f"{area} entered")
+    first.speaks = False
+    fleet.robots[0] = fleet.process(first.robot_id)
+    fleet.join(fleet.robots[0])
+    second.request(area)
+    fleet.refused(second, area, f"{first.robot_id} stood in it when it was heard last, and its next process is in no area")
+    with first.lock:
+        # It wakes up, is told that another process speaks for the robot, and reports on.
+        first.stands_in, first.claims, first.speaks = [], {}, True
+    fleet.expect(second, 2 * fleet.soon_s, holds(area), f"a grant of {area}, where the process before of {first.robot_id} is no more")
+    first.speaks = False

@@ -192,7 +192,7 @@ fn describe_robot(robot: &RobotStatus) -> String {
     }
     if !robot.second_in.is_empty() {
         text += &format!(
-            "    a second process stands in {}, or did when it fell silent: look, and if no such body is there, `mediator clear AREA --taken-away`\n",
+            "    a second process stands in {}, or did, as one before may have, when it fell silent: look, and if no such body is there, `mediator clear AREA --taken-away`\n",
             robot.second_in.join(", ")
         );
     }

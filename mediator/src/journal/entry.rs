@@ -110,6 +110,19 @@ pub struct SecondRecord {
     /// and those where that is the robot's own body, for all that is known.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub with_robot: Vec<String>,
+    /// It spoke for the robot before the process that does now, or is to, which has not said yet where it stands.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub before: Option<Before>,
+}
+
+/// Where a process stood that spoke for a robot before another one, when it was heard last.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Before {
+    /// In at least one area.
+    Inside,
+    /// In none.
+    Outside,
 }
 
 /// A run of protocol 1 as the journal knows it.

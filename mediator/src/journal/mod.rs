@@ -10,8 +10,8 @@ mod row;
 mod store;
 
 pub use entry::{
-    AccessRecord, ClosedRecord, Entry, OrderRecord, RevocationRecord, RobotRecord, SecondRecord,
-    Stored,
+    AccessRecord, Before, ClosedRecord, Entry, OrderRecord, RevocationRecord, RobotRecord,
+    SecondRecord, Stored,
 };
 pub use error::StoreError;
 pub use record::{CoordinationRecord, LevelRecord, PartRecord};

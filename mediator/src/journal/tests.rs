@@ -32,6 +32,7 @@ fn entries() -> Vec<Entry> {
                     alone: true,
                     stands_in: vec!["2".into()],
                     with_robot: vec!["1".into()],
+                    before: Some(Before::Outside),
                 }],
                 stands_in: vec!["1".into(), "2".into()],
                 fsm_state: "drive-1".into(),

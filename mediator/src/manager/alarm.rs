@@ -80,11 +80,21 @@ pub enum Alarm {
     /// No report for too long.
     #[error("robot `{robot}` is silent; blocked until it is back or cleared: {areas}")]
     Silent { robot: String, areas: String },
-    /// The same of a process that was found beside the one that speaks for the robot, or that was refused while none was heard.
+    /// The same of a process that was found beside the one that speaks for the robot, that was refused while none was heard, or that spoke for
+    /// another body with its name.
     #[error(
-        "a second process of robot `{robot}`, or one that was refused, is silent; blocked until it is heard elsewhere, or somebody has looked and says that no such body is there (`mediator clear AREA --taken-away`), as where it was restarted and is the robot that is heard there now: {areas}"
+        "a second process of robot `{robot}`, one that was refused, or one before, is silent; blocked until it is heard elsewhere, or somebody has looked and says that no such body is there (`mediator clear AREA --taken-away`), as where it was restarted and is the robot that is heard there now: {areas}"
     )]
     SilentSecond { robot: String, areas: String },
+    /// A new process of a robot stands where the one before cannot have come to, so that this one may be where it was.
+    #[error(
+        "robot `{robot}` has started anew in {here}, was last in {areas} or let in there, and was not heard to leave: another body of its name may be there, silent; blocked until it is heard elsewhere, or somebody has looked and says that no such body is there (`mediator clear AREA --taken-away`): {areas}"
+    )]
+    StartedElsewhere {
+        robot: String,
+        here: String,
+        areas: String,
+    },
     /// What an operator has said of it before this start counts.
     #[error(
         "robot `{robot}` was said to be absent before this start, was not heard since, and is not waited for any more: look whether it is on the floor"
@@ -210,6 +220,7 @@ impl Alarm {
             | Self::BadReport { robot, .. }
             | Self::Silent { robot, .. }
             | Self::SilentSecond { robot, .. }
+            | Self::StartedElsewhere { robot, .. }
             | Self::NotAwaited { robot }
             | Self::Back { robot }
             | Self::Adopted { robot, .. }

@@ -26,6 +26,8 @@ pub struct Counters {
     pub adopted: u64,
     /// Runs that an operator cleared.
     pub cleared: u64,
+    /// New processes of robots that stood where the one before cannot have come to.
+    pub elsewhere: u64,
     /// Robots looked at to decide which mediator goes on, and who plays a role: as many for each report, however many robots the
     /// site has.
     pub looks: u64,

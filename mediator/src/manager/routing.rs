@@ -185,8 +185,12 @@ impl Manager {
             let until_ns = self.enters_no_more_ns(robot);
             self.sessions.robot_mut(robot).may_live(until_ns);
         }
+        let before = self.speaker(robot);
         let effects = &mut self.effects;
         let recognised = (self.sessions).recognise(robot, report, ours, now_ns, effects);
+        if recognised.promoted {
+            self.areas.note_before(robot, before);
+        }
         let speaks = recognised.promoted || recognised.counts;
         let frees = speaks && {
             self.areas
@@ -227,7 +231,8 @@ impl Manager {
         if self.take_in_areas(robot, report, heard, now_ns) {
             self.sessions.drop_candidate(robot);
         }
-        if self.areas.place(robot, report, &mut self.effects) || heard.accounted || heard.returns {
+        let moved = self.areas.place(robot, report, &mut self.effects);
+        if self.judge_before(robot) || moved || heard.accounted || heard.returns {
             self.store_robot(robot);
         }
         self.coordinate(now_ns, |coordinations, around| {
@@ -264,8 +269,8 @@ impl Manager {
     /// The report is of a process that does not speak for the robot yet, while none that does is heard. Where one that speaks for it
     /// is, the journal knows. Returns whether the journal must know this, too.
     fn may_stand_there(&mut self, robot: usize, report: &RobotReport) -> bool {
-        let speaks = self.sessions.robot(robot).is_of(report.boot_epoch);
-        !speaks && self.areas.suspect(robot, report)
+        let (session, speaker) = (self.sessions.robot(robot), self.speaker(robot));
+        !session.is_of(report.boot_epoch) && self.areas.suspect(robot, report, speaker)
     }
 
     /// Orders and grants what can be; nothing while another mediator goes on.
@@ -295,6 +300,7 @@ impl Manager {
                         alone: found.alone,
                         stands_in: ids(&found.areas),
                         with_robot: ids(&found.with_robot),
+                        before: found.before,
                     })
                     .collect(),
                 fsm_state: occupant.fsm_state.clone(),

@@ -1,9 +1,10 @@
-//! Second processes with the name of a robot: each is another body, wherever it says that it stands.
+//! Second processes with the name of a robot: each is another body, wherever it says that it stands. So is one before, if the robot's new
+//! one stands where that cannot have come to.
 
 use contract::wire::RobotReport;
 
 use super::alarm::Alarm;
-use super::areas::{Known, SecondHeard};
+use super::areas::{Known, SecondHeard, Speaker};
 use super::names::second_of;
 use super::routing::Manager;
 
@@ -41,6 +42,25 @@ impl Manager {
         if (self.areas).hold_for_second(robot, report, heard, until_ns) {
             self.store_robot(robot);
         }
+    }
+
+    /// The process that speaks for the robot, until another one does.
+    pub(super) fn speaker(&self, robot: usize) -> Option<Speaker> {
+        let session = self.sessions.robot(robot);
+        (session.number > 0).then_some(Speaker {
+            process: session.boot_epoch,
+            sequence: session.sequence,
+        })
+    }
+
+    /// The process that speaks for the robot has said where it stands, if it knows: the one before, whose next one it is not, is another body.
+    /// Returns whether the journal must know.
+    pub(super) fn judge_before(&mut self, robot: usize) -> bool {
+        let former = self.areas.judge_before(robot, &mut self.effects);
+        if let Some(process) = former.another {
+            self.sessions.robot_mut(robot).note_another(process);
+        }
+        former.is_news
     }
 
     /// Robots follow another mediator, so nobody is taken in here. Where those are that were found is known when this one goes on.

@@ -63,7 +63,8 @@ pub struct RobotStatus {
     pub refusal: String,
     /// A second process reports beside the one that speaks for it, and is refused.
     pub is_doubled: bool,
-    /// Areas in which such a process stands, by its own word, as long as it is heard; one that was found, also when it is silent.
+    /// Areas in which such a process stands, by its own word, as long as it is heard; one that was found, also when it is silent; and those of
+    /// one before, if the robot has started anew elsewhere.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub second_in: Vec<String>,
     /// How often one was found.

@@ -17,7 +17,8 @@
 //! at any moment.
 //!
 //! **What is judged.** Never two bodies in one area. Fences by which robots enter grow, as long as no journal has lost any. And
-//! from one in 256 states, both robots get through both areas within half a minute once nothing goes wrong any more.
+//! from one in 256 states, both robots get through both areas within half a minute once nothing goes wrong any more, and people clear
+//! what a process before is not known to have left.
 //!
 //! **Rules taken away.** Each of [`Rule`] is taken away at the border of the product: what it is told, at which time, and what is done
 //! with what it answers. Then the search must find the collision, and prints the way to it.
@@ -172,7 +173,8 @@ fn nor_does_a_longer_one() {
         of(2, SECOND | CUTS, 0, 4),
         of(2, SECOND | MEDIATOR, 0, 4),
         of(2, ALL, 1, CLEARED_AFTER).gone(),
-        // A copy that is switched on once its robot has not been heard for 5 s is its next process: `SECURITY.md` assumes that nobody does.
+        // A copy that is switched on once its robot has not been heard for 5 s is its next process, if that was in no area either: `SECURITY.md`
+        // assumes that nobody does.
         of(1, ALL & !SECOND, 2, 8).gone(),
     ]);
 }

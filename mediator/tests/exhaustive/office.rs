@@ -98,6 +98,20 @@ impl World {
         self.clear_as(area, true)
     }
 
+    /// People are told which areas a process before is not known to have left, and clear those in which they see nobody.
+    pub(super) fn clear_what_was_left(&mut self) {
+        let bodies = { self.robots.iter() }.fold(0, |bodies, robot| bodies | robot.body);
+        let robots = self.manager.get().status(now_ns(self.tick)).robots;
+        for area in 0..2 {
+            let id = AREAS[usize::from(area)];
+            let is_blocked = { robots.iter() }.any(|own| own.second_in.iter().any(|own| own == id));
+            if is_blocked && bodies & 1 << area == 0 {
+                // Somebody may still be on its way there.
+                let _ = self.clear(area);
+            }
+        }
+    }
+
     /// The operator means another area, and has not seen that somebody was taken out of this one.
     pub(super) fn mistake(&mut self, area: u8) -> Option<()> {
         let is_not_asked = self.limits.without == Some(Rule::AsksTwice);

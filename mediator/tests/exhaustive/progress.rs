@@ -45,6 +45,7 @@ impl World {
                 return None;
             }
             world.pass();
+            world.clear_what_was_left();
         }
         Some(format!(
             "robots have been in areas {been:?} only, as bits, though nothing went wrong for 29 s"

@@ -7,6 +7,7 @@ mod circle;
 mod cost;
 mod crossing;
 mod doors;
+mod elsewhere;
 mod flood;
 mod full_disk;
 mod growth;

@@ -71,7 +71,7 @@ WRONG: dict[str, tuple[type[Relay], list[str]]] = {
     "left-out-is-over": (areas.LeftOutIsOver, ["left-out"]),
     "no-places": (areas.NoPlaces, ["stands-first", "place-of-silent"]),
     "always-located": (areas.AlwaysLocated, ["not-located-keeps", "waits-for-all", "second-body-lost"]),
-    "silent-is-gone": (areas.SilentIsGone, ["silence-blocks", "identity-kept-by-lease"]),
+    "silent-is-gone": (areas.SilentIsGone, ["silence-blocks", "identity-kept-by-lease", "starts-elsewhere"]),
     "asks-unentered-back": (areas.AsksUnenteredBack, ["revocation-of-what-is-left"]),
     "asks-back-once": (areas.AsksBackOnce, ["revocation-repeated"]),
     "never-asks-again": (areas.NeverAsksAgain, ["revocation-asked-again"]),

@@ -19,11 +19,11 @@ impl<'a> Stepped<'a> {
         }
     }
 
-    /// Who has carried a second robot of one identity away sees where the mediator still takes it to stand, and says that it is gone, once
-    /// nobody is there or may come.
-    pub(super) fn clear_of_clones(&mut self) {
+    /// Who has carried a second robot of one identity away, or a robot that was off, sees where the mediator still takes its body to stand, and
+    /// says that it is gone, once nobody is there or may come.
+    pub(super) fn clear_of_other_bodies(&mut self) {
         let now_ns = self.now_ns();
-        let Some(status) = { self.told.status(now_ns) }.filter(|_| !self.clones.is_empty()) else {
+        let Some(status) = self.told.status(now_ns) else {
             return;
         };
         let runs = |id: &str| {

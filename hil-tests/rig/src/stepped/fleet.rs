@@ -201,7 +201,7 @@ impl<'a> Stepped<'a> {
         self.hear();
         self.look_after(self.now_ns());
         self.clear_what_is_empty();
-        self.clear_of_clones();
+        self.clear_of_other_bodies();
         self.say_who_is_absent();
         Ok(())
     }

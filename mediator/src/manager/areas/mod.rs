@@ -10,10 +10,13 @@
 //!   there already.
 //! * **Fence.** Every grant of an area has a larger number than all before it, so a message about an older grant is recognised
 //!   and ignored.
+//! * **Restart.** A new process of a robot is its next one where the one before can have brought it; elsewhere it is another body, and what the
+//!   one before was in or had stays blocked.
 //! * **Revocation.** Asking a grant back is a request: until the robot has answered, it has the area.
 //!
 //! What coordinations decide about areas comes in through [`Reservations`].
 
+mod before;
 mod claim;
 mod closing;
 mod grants;
@@ -28,7 +31,7 @@ mod table;
 mod takeover;
 
 pub(crate) use reservations::{Reservations, Reserved};
-pub(crate) use seconds::Known;
+pub(crate) use seconds::{Known, Speaker};
 pub(crate) use table::Areas;
 pub(crate) use takeover::SecondHeard;
 

@@ -12,6 +12,8 @@ pub(crate) struct Occupant {
     pub(crate) located: bool,
     /// It has said in this session where it stands.
     pub(crate) placed: bool,
+    /// Some process has said where it stands: its areas are no guess of before the first.
+    pub(crate) is_known: bool,
     /// Areas it reaches into, sorted.
     pub(crate) stands_in: Vec<usize>,
     /// Other processes with its name, and where they stand by their own reports.

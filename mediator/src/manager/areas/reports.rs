@@ -272,6 +272,7 @@ impl Areas {
         if report.located {
             // Before that, a robot that has restarted does not know where it was and in which state: we do.
             first = !std::mem::replace(&mut occupant.placed, true);
+            occupant.is_known = true;
             occupant.pose = report.pose;
             new_state = occupant.fsm_state != report.fsm_state;
             if new_state {

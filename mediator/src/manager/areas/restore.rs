@@ -51,6 +51,7 @@ impl Areas {
                 areas.concern(area, robot);
             }
             areas.robots[robot].stands_in = stands_in;
+            areas.robots[robot].is_known = record.session > 0;
             for second in &record.seconds {
                 let known = |ids: &[String]| -> Result<Vec<usize>, RestoreError> {
                     ids.iter().map(|id| known_area(names, id)).collect()
@@ -61,6 +62,7 @@ impl Areas {
                     alone: second.alone && !record.found.contains(&second.boot_epoch),
                     areas: known(&second.stands_in)?,
                     with_robot: known(&second.with_robot)?,
+                    before: second.before,
                 };
                 for &area in &found.areas {
                     areas.concern(area, robot);

@@ -6,7 +6,7 @@ use contract::wire::{Access, RobotReport};
 
 use super::claim::Claim;
 use super::revocation::Revocation;
-use super::seconds::{Change, Known, Said};
+use super::seconds::{Change, Known, Said, Speaker};
 use super::table::Areas;
 use crate::journal::Entry;
 use crate::manager::alarm::{Alarm, BadReport};
@@ -205,30 +205,43 @@ impl Areas {
         is_new: bool,
     ) -> bool {
         let seconds = &mut self.robots[robot].seconds;
+        // It was about to be followed by a new one, and is heard again: what it had it has.
+        let goes_on = seconds.is_before(report.boot_epoch);
         let (own, appear) = seconds.promote(report.boot_epoch, is_new);
-        if !report.located {
+        if !report.located && !goes_on {
             self.suspect_in(robot, own.iter().copied());
         }
         self.free_of_seconds(robot, &own);
         self.free_of_seconds(robot, &appear);
-        !own.is_empty() || !appear.is_empty()
+        goes_on || !own.is_empty() || !appear.is_empty()
     }
 
-    fn free_of_seconds(&mut self, robot: usize, areas: &[usize]) {
+    pub(super) fn free_of_seconds(&mut self, robot: usize, areas: &[usize]) {
         for &area in areas {
             self.unconcern(area, robot);
             self.touch(area);
         }
     }
 
-    /// A process that does not speak for the robot yet says where it stands: it may be there, and also where it was. Returns
-    /// whether that is new.
-    pub(crate) fn suspect(&mut self, robot: usize, report: &RobotReport) -> bool {
+    /// A process that does not speak for the robot yet, as the `speaker` does that was heard last, says where it stands: it may be there, and
+    /// also where it was. Returns whether that is new.
+    pub(crate) fn suspect(
+        &mut self,
+        robot: usize,
+        report: &RobotReport,
+        speaker: Option<Speaker>,
+    ) -> bool {
         if !report.located {
             return false;
         }
         let areas = { report.stands_in.iter() }.filter_map(|id| self.names.area(id));
-        self.suspect_in(robot, areas.collect::<Vec<usize>>())
+        let areas: Vec<usize> = areas.collect();
+        if { areas.iter() }.all(|&area| self.robots[robot].stands_in(area)) {
+            return false;
+        }
+        // Where that one was cannot be told from where this one says that it is any more.
+        self.note_before(robot, speaker);
+        self.suspect_in(robot, areas)
     }
 
     fn suspect_in(&mut self, robot: usize, areas: impl IntoIterator<Item = usize>) -> bool {

@@ -149,6 +149,11 @@ impl Session {
         self.found.contains(&boot_epoch)
     }
 
+    /// This process has spoken for the robot, and is of another body than the one that does now, for all that is known.
+    pub(crate) fn note_another(&mut self, boot_epoch: u64) {
+        remember(&mut self.found, boot_epoch);
+    }
+
     /// A process speaks for the robot, and it is that one.
     pub(crate) fn is_of(&self, boot_epoch: u64) -> bool {
         self.number > 0 && self.boot_epoch == boot_epoch

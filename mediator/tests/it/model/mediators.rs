@@ -260,14 +260,18 @@ impl Fleet {
                 ..
             } if self.now_ms < self.replays_until_ms => tally.refused += 1,
             Alarm::Doubled { .. } if tally.seconds > 0 => tally.doubled += 1,
-            Alarm::SilentSecond { .. } if tally.seconds > 0 => {}
+            Alarm::SilentSecond { .. } if tally.seconds + tally.started_elsewhere > 0 => {}
+            // It was carried, was given a wrong pose, or had driven on by what a journal has lost.
+            Alarm::StartedElsewhere { .. } if lost || elsewhere => tally.started_elsewhere += 1,
             Alarm::Floor { .. } if tally.others_floor > 0 => {}
             Alarm::Preempted { .. } => tally.preempted += 1,
             Alarm::Forgotten { .. } if lost || ordered => tally.forgotten += 1,
             Alarm::Bypassed { .. } if lost || ordered || elsewhere || tally.seconds > 0 => {
                 tally.bypassed += 1
             }
-            Alarm::BypassedBySecond { .. } if tally.robot_crashes + tally.seconds > 0 => {
+            Alarm::BypassedBySecond { .. }
+                if tally.robot_crashes + tally.seconds + tally.started_elsewhere > 0 =>
+            {
                 tally.bypassed += 1
             }
             Alarm::Adopted { .. } | Alarm::TakenOver { .. } if lost => tally.adopted += 1,

@@ -12,6 +12,7 @@ use super::floor::{Floor, SILENT_NS};
 use super::mediators::Mediator;
 use super::robot::Robot;
 use crate::random::Random;
+use mediator::manager::Status;
 
 const REPORT_MS: u64 = 200;
 /// At most so many run at once,
@@ -245,9 +246,11 @@ impl Fleet {
         }
     }
 
-    /// Who has ended a second process that was found takes its body away, looks, and says so.
+    /// Who has ended a second process that was found takes its body away, looks, and says so. So does who was told that a robot has started
+    /// anew elsewhere.
     fn clear_of_seconds(&mut self) {
-        if self.tally.seconds == 0 || !self.now_ms.is_multiple_of(REPORT_MS) {
+        let (seconds, elsewhere) = (self.tally.seconds, self.tally.started_elsewhere);
+        if seconds + elsewhere == 0 || !self.now_ms.is_multiple_of(REPORT_MS) {
             return;
         }
         let now_ns = self.now_ms * 1_000_000;
@@ -256,20 +259,26 @@ impl Fleet {
             seconds.any(|own| self.floor.spots[own.spot].contains(&area))
         };
         for manager in { self.mediators.iter_mut() }.filter_map(|own| own.manager.as_mut()) {
-            let status = manager.status(now_ns).robots;
-            // A robot that he sees, and that is not heard, he might mean.
+            let Status { robots, areas, .. } = manager.status(now_ns);
+            // A robot that he sees, and that is not heard, or is heard elsewhere, he might mean.
             let is_seen = |robot: &Robot, area: usize| {
-                let mut own = status.iter().filter(|own| own.id == robot.id);
-                robot.stands_in(&self.floor).contains(&area) && own.any(|own| !own.heard)
+                let own = &areas[area];
+                let mut holders = own.holders.iter();
+                let is_known =
+                    own.standing.contains(&robot.id) || holders.any(|(id, _)| *id == robot.id);
+                let mut robots = robots.iter().filter(|own| own.id == robot.id);
+                let is_meant = !is_known || robots.any(|own| !own.heard);
+                robot.stands_in(&self.floor).contains(&area) && is_meant
             };
             for area in 0..self.floor.limits.len() {
                 let name = self.floor.name(area);
                 let blocks = |all: &Vec<String>| all.iter().any(|own| own == name);
-                let blocked = status.iter().any(|own| blocks(&own.second_in));
+                let blocked = robots.iter().any(|own| blocks(&own.second_in));
                 let is_clear = !claimed(area) && !self.robots.iter().any(|own| is_seen(own, area));
                 if blocked && is_clear {
                     // Somebody may still be on its way there.
-                    let _ = manager.clear(name, true, now_ns);
+                    let done = manager.clear(name, true, now_ns).is_ok();
+                    self.tally.orders += u64::from(done && elsewhere > 0);
                 }
             }
         }

@@ -56,6 +56,8 @@ tally! {
     mistaken,
     /// and stood where they should not.
     intruders,
+    /// New processes that stood where the one before could not be, for all that the mediator knew.
+    started_elsewhere,
     /// Second mediators,
     spares,
     /// of which those that ran when nothing went wrong any more, and stayed.

@@ -6,11 +6,15 @@
 //! say that it was taken away. Silent is not gone. So does one that was refused *alone*, while none that speaks for the robot was
 //! heard, until a new one is taken in, which is taken for its next process. Where the robot itself was heard last such a one is the robot,
 //! for all that is known, until the robot is heard elsewhere.
+//!
+//! The process that spoke for the robot before a new one is the robot, too, until that has said where it stands: then that is its next one,
+//! and it is nowhere, or it is another body, which was found.
 
 mod second;
 
-pub(crate) use second::Known;
+use crate::journal::Before;
 use second::{Hold, Second};
+pub(crate) use second::{Judged, Known, Speaker};
 
 /// More processes of one robot than this are not told from each other. A holder of the robot's certificate can invent any number.
 const PROCESSES: usize = 8;
@@ -50,6 +54,8 @@ pub(crate) struct Found {
     pub(crate) areas: Vec<usize>,
     /// and where its body is the robot's own one, for all that is known.
     pub(crate) with_robot: Vec<usize>,
+    /// It spoke for the robot before a new process, which has not said yet where it stands.
+    pub(crate) before: Option<Before>,
 }
 
 /// What has changed.
@@ -72,7 +78,7 @@ impl Seconds {
         let own = &mut self.0[place];
         own.is_found = found.process != OTHERS;
         own.sequence = found.sequence;
-        own.alone = found.alone;
+        (own.alone, own.before) = (found.alone, found.before);
         let hold = |(area, is_robot)| Hold {
             heard_until_ns: until_ns,
             is_found: true,
@@ -95,7 +101,7 @@ impl Seconds {
         let own = &mut self.0[place];
         if own.process != OTHERS {
             change.found |= own.note(said.known);
-            own.has_next &= !said.lives;
+            change.found |= own.hears(said.lives);
             is_found = own.is_found;
             if own.has_sent(said.sequence).is_none() {
                 return change;
@@ -127,7 +133,7 @@ impl Seconds {
                 return change;
             };
             change.found |= own.note(said.known);
-            own.has_next &= !said.lives;
+            change.found |= own.hears(said.lives);
             is_found = own.is_found;
             moves = is_found && is_reached;
         }
@@ -151,7 +157,9 @@ impl Seconds {
 
     /// The robot is heard elsewhere: whoever might have been the robot there is another one. Returns whether the journal must know.
     pub(super) fn robot_leaves(&mut self, area: usize) -> bool {
-        let all = self.0.iter_mut().flat_map(|own| &mut own.holds);
+        // One before is judged by all that the robot says of where it stands.
+        let all = self.0.iter_mut().filter(|own| own.before.is_none());
+        let all = all.flat_map(|own| &mut own.holds);
         let appear = all.filter(|own| own.is_robot && own.area == area);
         appear.fold(false, |is_news, own| {
             own.is_robot = false;
@@ -188,6 +196,7 @@ impl Seconds {
             is_found: false,
             alone: false,
             has_next: false,
+            before: None,
             holds: Vec::new(),
         });
         self.0.len() - 1
@@ -253,6 +262,7 @@ impl Seconds {
                 alone: own.alone,
                 areas: areas(false),
                 with_robot: areas(true),
+                before: own.before,
             };
             let is_anywhere = !found.areas.is_empty() || !found.with_robot.is_empty();
             (own.is_found || is_anywhere).then_some(found)
@@ -305,6 +315,58 @@ impl Seconds {
         (areas, appear)
     }
 
+    /// A new process speaks for the robot, or may. Until one has said where it stands, those before it are one body with the first of them, which
+    /// had said so.
+    pub(super) fn note_before(&mut self, speaker: Speaker, stood: Before, areas: &[usize]) {
+        let is_known = |own: &Second| own.before.is_some() || own.process == speaker.process;
+        if !self.0.iter().any(is_known) {
+            self.0.push(Second::of_before(speaker, stood, areas));
+        }
+    }
+
+    /// It is taken for the one before, until the new one has said where it stands.
+    pub(super) fn is_before(&self, process: u64) -> bool {
+        let mut own = self.0.iter().filter(|own| own.process == process);
+        own.any(|own| own.before.is_some())
+    }
+
+    /// The process that speaks for the robot says where it stands. Returns what became of the one before.
+    pub(super) fn judge_before(&mut self, stands_in: &[usize]) -> Option<Judged> {
+        let place = self.0.iter().position(|own| own.before.is_some())?;
+        let own = self.0.remove(place);
+        if own.leads_to(stands_in) {
+            let beside = own.holds.iter().filter(|hold| !hold.is_robot);
+            return Some(Judged::Next(beside.map(|hold| hold.area).collect()));
+        }
+        let (process, sequence) = (own.process, own.sequence);
+        let areas: Vec<usize> = own.holds.iter().map(|hold| hold.area).collect();
+        let place = self.place_of(process);
+        let room = &mut self.0[place];
+        if room.process != OTHERS {
+            (room.sequence, room.is_found) = (sequence, true);
+        }
+        for hold in own.holds {
+            room.hold(hold.area, false, true, hold.heard_until_ns);
+        }
+        let told = { room.holds.iter_mut() }.filter(|hold| areas.contains(&hold.area));
+        told.for_each(|hold| hold.told = true);
+        Some(Judged::Another { process, areas })
+    }
+
+    /// The process that speaks for the robot does not know where it is. Where it `has` nothing any more the one before is all the same. Returns
+    /// areas with a body more.
+    pub(super) fn keep_before(&mut self, has: impl Fn(usize) -> bool) -> Vec<usize> {
+        let before = self.0.iter_mut().filter(|own| own.before.is_some());
+        let holds = before.flat_map(|own| &mut own.holds);
+        let appear = holds.filter(|hold| hold.is_robot && !has(hold.area));
+        appear
+            .map(|hold| {
+                (hold.is_robot, hold.told) = (false, false);
+                hold.area
+            })
+            .collect()
+    }
+
     /// An operator says that none is in the area of those that are not heard. Returns whether there were any.
     pub(super) fn leave_silent(&mut self, area: usize, now_ns: u64) -> bool {
         let left = self.are_silent_in(area, now_ns);
@@ -331,5 +393,7 @@ fn sorted(mut areas: Vec<usize>) -> Vec<usize> {
     areas
 }
 
+#[cfg(test)]
+mod before_tests;
 #[cfg(test)]
 mod tests;

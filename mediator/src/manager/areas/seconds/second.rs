@@ -1,5 +1,7 @@
 //! One other process with a robot's name: what is known of it, and where its body stands.
 
+use crate::journal::Before;
+
 /// No process sends so many reports that nobody hears, in a century.
 pub(super) const MOST_REPORTS: u64 = 1 << 40;
 
@@ -12,6 +14,24 @@ pub(crate) enum Known {
     Alone,
     /// It was found beside the one that speaks for the robot: it is another body.
     Found,
+}
+
+/// The process that speaks for a robot.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Speaker {
+    /// Its boot epoch.
+    pub(crate) process: u64,
+    /// Of its last report.
+    pub(crate) sequence: u64,
+}
+
+/// What became of the process that spoke for the robot before.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) enum Judged {
+    /// The robot is its next one. These areas it has held beside the robot.
+    Next(Vec<usize>),
+    /// It is another body, and in these areas, for all that is known.
+    Another { process: u64, areas: Vec<usize> },
 }
 
 /// The body of a process in an area.
@@ -53,10 +73,44 @@ pub(super) struct Second {
     /// A new process speaks for the robot, which is its next one if it is heard no more. The journal does not know: what a mediator that
     /// starts in that second keeps blocked, people clear.
     pub(super) has_next: bool,
+    /// It spoke for the robot before a new process, which has not said yet where it stands, and stood so.
+    pub(super) before: Option<Before>,
     pub(super) holds: Vec<Hold>,
 }
 
 impl Second {
+    /// It spoke for the robot before a new process: in these areas it is the robot, for all that is known.
+    pub(super) fn of_before(speaker: Speaker, stood: Before, areas: &[usize]) -> Self {
+        // Whether people are to hear of it, that one says.
+        let hold = |&area: &usize| Hold {
+            is_found: true,
+            told: true,
+            ..Hold::of(area, true)
+        };
+        Self {
+            process: speaker.process,
+            sequence: speaker.sequence,
+            is_found: true,
+            alone: false,
+            has_next: false,
+            before: Some(stood),
+            holds: areas.iter().map(hold).collect(),
+        }
+    }
+
+    /// It can have brought the robot to where that stands: into an area in which it was or which it had, or beside all areas, if it stood there.
+    pub(super) fn leads_to(&self, stands_in: &[usize]) -> bool {
+        let goes_on = |own: &Hold| stands_in.contains(&own.area);
+        let beside_all = stands_in.is_empty() && self.before == Some(Before::Outside);
+        beside_all || self.holds.is_empty() || self.holds.iter().any(goes_on)
+    }
+
+    /// It was heard. One that `lives` beside a new process is not what that one goes on from. Returns whether that is news to the journal.
+    pub(super) fn hears(&mut self, lives: bool) -> bool {
+        self.has_next &= !lives;
+        lives && self.before.take().is_some()
+    }
+
     /// As a body besides the robot's.
     pub(super) fn is_in(&self, area: usize) -> bool {
         let mut all = self.holds.iter().filter(|own| !own.is_robot);

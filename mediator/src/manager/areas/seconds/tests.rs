@@ -1,7 +1,7 @@
 use super::second::MOST_REPORTS;
 use super::{Change, Found, Known, PROCESSES, Said, Seconds};
 
-fn said(process: u64, sequence: u64, areas: &[usize], until_ns: u64) -> Said<'_> {
+pub(super) fn said(process: u64, sequence: u64, areas: &[usize], until_ns: u64) -> Said<'_> {
     Said {
         process,
         sequence,
@@ -19,7 +19,7 @@ fn stood(process: u64, sequence: u64, areas: &[usize]) -> Found {
         sequence,
         alone: false,
         areas: areas.to_vec(),
-        with_robot: Vec::new(),
+        ..Found::default()
     }
 }
 
