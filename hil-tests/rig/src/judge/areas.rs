@@ -28,6 +28,8 @@ pub(super) struct Areas {
     heard: bool,
     /// From when on, since the start, the mediator may have forgotten what it has granted.
     forgets_s: f64,
+    /// By the robots' numbers: from when on, since the start, another robot may have its identity, and give back what it has.
+    doubled_s: Vec<f64>,
     start_ns: u64,
 }
 
@@ -88,6 +90,13 @@ impl Areas {
         let forgets_s = { scenario.faults.iter() }
             .filter(forgets)
             .map(|fault| fault.at_s);
+        let doubled_s = |body: usize| {
+            let clones = scenario.clones().enumerate();
+            let own = clones
+                .filter(|&(number, (_, of))| body == of || body == scenario.robots.len() + number);
+            own.map(|(_, (fault, _))| scenario.faults[fault].at_s)
+                .fold(f64::INFINITY, f64::min)
+        };
         let areas = { scenario.site.areas.iter() }
             .map(|area| Area {
                 id: area.id.clone(),
@@ -100,6 +109,7 @@ impl Areas {
             areas,
             heard,
             forgets_s: forgets_s.fold(f64::INFINITY, f64::min),
+            doubled_s: (0..bodies).map(doubled_s).collect(),
             start_ns,
         }
     }
@@ -198,7 +208,9 @@ impl Areas {
             }
             // What it came in by may be lost with the mediator's journal, also where a process is gone that would have told of it.
             let lost = presence.granted && at_s >= self.forgets_s;
-            if presence.excused || presence.cleared || lost {
+            // A process of another body that speaks for its identity gives back what it came in by, and knows nothing of it.
+            let given_back = presence.granted && at_s >= self.doubled_s[look.robot];
+            if presence.excused || presence.cleared || lost || given_back {
                 continue;
             }
             let since_ns = *presence.without_ns.get_or_insert(truth.time_ns);

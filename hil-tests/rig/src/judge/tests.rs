@@ -127,6 +127,36 @@ fn who_was_cleared_by_an_operator_is_excused_until_it_leaves() {
     assert_eq!(kinds(&judge)[0], "entry-without-grant");
 }
 
+/// A second robot of its identity was taken for its next process, which gives back what it is not in.
+#[test]
+fn who_stands_where_a_clone_gave_its_grant_back_is_excused_until_it_leaves() {
+    for (at_s, found) in [(1.0, vec![]), (60.0, vec!["entry-without-grant"])] {
+        let mut scenario = overtaking();
+        let clone =
+            format!("at_s = {at_s:?}\nfor_s = 30.0\nwhat = \"clone-robot\"\nrobot = \"amr-1\"");
+        scenario.faults = vec![toml::from_str(&clone).expect("a fault")];
+        let (mut judge, mut observations) = (Judge::new(&scenario, 0, true), heard(&scenario));
+        observe(&mut judge, 0, &truth(0, 9.0, 0.0), &observations);
+        grant(&mut observations, "amr-1", "1", 3, 100);
+        let inside = |at_ms| truth(at_ms, 3.0, -0.4);
+        for at_ms in (200..2000).step_by(20) {
+            observe(&mut judge, 0, &inside(at_ms), &observations);
+        }
+        assert_eq!(kinds(&judge), Vec::<&str>::new());
+        grant(&mut observations, "amr-1", "1", 4, 2000);
+        for at_ms in (2000..3000).step_by(20) {
+            observe(&mut judge, 0, &inside(at_ms), &observations);
+        }
+        assert_eq!(kinds(&judge), found);
+        observe(&mut judge, 0, &truth(9000, 9.0, 0.0), &observations);
+        for at_ms in (9100..9400).step_by(20) {
+            observe(&mut judge, 0, &inside(at_ms), &observations);
+        }
+        assert_eq!(kinds(&judge).last(), Some(&"entry-without-grant"));
+        assert_eq!(kinds(&judge).len(), found.len() + 1);
+    }
+}
+
 #[test]
 fn more_robots_than_an_area_holds_are_found() {
     let scenario = overtaking();
