@@ -16,6 +16,8 @@ use crate::figures::Figures;
 use crate::scenario::{Limits, Scenario, ScriptedFault, ScriptedKind};
 use crate::violation::ViolationKind;
 
+/// A robot whose pivot was jammed may be off its path for so long after that: it latches, is reset, and has a few metres to come back on it.
+const BACK_ON_PATH_S: f64 = 10.0;
 /// What kept a robot from driving until less than this ago may still be why it stands.
 const STARTS_NS: u64 = 1_000_000_000;
 
@@ -58,7 +60,11 @@ impl Conduct {
             believed: Believed::new(scenario, &robot, start_ns),
             stood_since_ns: None,
             led_astray_ns: { scenario.faults.iter().filter(leads_astray) }
-                .map(|fault| at_ns(fault.at_s)..at_ns(fault.until_s()))
+                .map(|fault| {
+                    let jammed = fault.what == ScriptedKind::JamPivot;
+                    let back_s = if jammed { BACK_ON_PATH_S } else { 0.0 };
+                    at_ns(fault.at_s)..at_ns(fault.until_s() + back_s)
+                })
                 .collect(),
             state_ns: start_ns,
             kept_ns: None,

@@ -260,7 +260,9 @@ impl Fleet {
                 ..
             } if self.now_ms < self.replays_until_ms => tally.refused += 1,
             Alarm::Doubled { .. } if tally.seconds > 0 => tally.doubled += 1,
-            Alarm::SilentSecond { .. } if tally.seconds + tally.started_elsewhere > 0 => {}
+            // Who is lost says nothing of whoever was before it in an area that it gives back.
+            Alarm::SilentSecond { .. }
+                if tally.seconds + tally.started_elsewhere + tally.lost > 0 => {}
             // It was carried, was given a wrong pose, or had driven on by what a journal has lost.
             Alarm::StartedElsewhere { .. } if lost || elsewhere => tally.started_elsewhere += 1,
             Alarm::Floor { .. } if tally.others_floor > 0 => {}

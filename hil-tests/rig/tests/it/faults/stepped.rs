@@ -178,11 +178,16 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
     let known: Vec<_> = scenario.robots.iter().map(Player::threads).collect();
     let mut seen = Vec::new();
     let (mut long, mut slow, mut of_mediator, mut stale) = (0, 0, 0, 0);
+    let mut split = 0;
     let mut threads = Vec::new();
     for seed in 0..400 {
         let faults = drawn(&scenario, seed);
         assert_eq!(faults, drawn(&scenario, seed));
-        assert!(!faults.is_empty() && faults.len() <= 6);
+        // A split belongs to a second mediator.
+        let (splits, others): (Vec<_>, Vec<_>) =
+            { faults.iter() }.partition(|fault| fault.mediator.is_some());
+        assert!(!others.is_empty() && others.len() <= 6);
+        split += usize::from(!splits.is_empty());
         for fault in faults {
             assert_eq!(fault.complaints(&known), Vec::<String>::new(), "{fault}");
             assert!((0.0..=90.0).contains(&fault.at_s) && fault.for_s <= 120.0);
@@ -217,6 +222,10 @@ fn drawn_faults_are_the_same_for_the_same_seed_and_fit_the_scenario() {
     assert!((40..160).contains(&long), "{long} longer than 30 s");
     assert!(slow > 3 && of_mediator > 3, "{slow}, {of_mediator}");
     assert!(stale > 1, "{stale} delays outlast leases");
+    assert!(
+        split > 3,
+        "{split} networks are split between two mediators"
+    );
 }
 
 #[test]
