@@ -194,6 +194,24 @@ fn two_mediators_that_hear_a_robot_each_let_both_into_no_area_and_all_go_on_when
     }
 }
 
+/// It is taken for the sleeper's next process, which was carried there: where the one before was stays blocked until somebody has looked.
+#[test]
+fn nobody_is_let_in_where_a_robot_sleeps_while_a_copy_of_it_is_switched_on_elsewhere() {
+    let mut scenario = crate::stepped::scenario("overtaking");
+    let plans = plans(&scenario);
+    let fault = |text: &str| toml::from_str(&text.replace("; ", "\n")).expect("a fault");
+    scenario.faults = vec![
+        fault("at_s = 17.284; for_s = 106.392; what = \"sleep\"; robot = \"amr-1\""),
+        fault(
+            "at_s = 86.018; for_s = 20.627; what = \"clone-robot\"; robot = \"amr-1\"; pose = [3.0, 0.8, 359.0]",
+        ),
+    ];
+    let summary = ended(&scenario, &plans, 292).1;
+    assert_eq!(summary.violations, [], "{summary:?}");
+    // Found to be the second one, it waits for an operator who starts it again.
+    assert_eq!(raised(&summary, "mediator-refused"), 1, "{summary:?}");
+}
+
 #[test]
 fn a_mediator_with_an_older_journal_hinders_the_overtaking_that_it_forgot() {
     let mut scenario = crate::stepped::scenario("overtaking");
