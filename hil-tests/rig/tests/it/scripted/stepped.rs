@@ -14,10 +14,14 @@ fn with_and_without(mut scenario: Scenario, fault: &str, seed: u64) -> [Summary;
     [with(&mut scenario, fault, seed), without]
 }
 
+/// As it stands in a file, on one line.
+fn fault(text: &str) -> ScriptedFault {
+    toml::from_str(&text.replace("; ", "\n")).expect("a fault")
+}
+
 /// A run with this fault.
 fn with(scenario: &mut Scenario, fault: &str, seed: u64) -> Summary {
-    let fault: ScriptedFault = toml::from_str(&fault.replace("; ", "\n")).expect("a fault");
-    scenario.faults = vec![fault];
+    scenario.faults = vec![self::fault(fault)];
     ended(scenario, &plans(scenario), seed).1
 }
 
@@ -55,7 +59,6 @@ fn a_mediator_whose_disk_is_full_answers_nobody_and_goes_on_when_it_has_room() {
 #[test]
 fn a_mediator_that_two_faults_keep_down_starts_when_the_longer_one_is_over() {
     let mut scenario = crate::stepped::scenario("overtaking");
-    let fault = |text: &str| toml::from_str(&text.replace("; ", "\n")).expect("a fault");
     let killed = fault("at_s = 20.0; for_s = 4.0; what = \"kill-mediator\"");
     let rebooted = fault("at_s = 22.0; for_s = 8.0; what = \"reboot-mediator\"");
     scenario.faults = vec![killed, rebooted];
@@ -94,7 +97,6 @@ fn a_mediator_that_ends_again_and_again_while_it_writes_lets_nobody_in_uninvited
 #[test]
 fn operators_who_ask_a_mediator_with_a_full_disk_give_up_after_a_while() {
     let mut scenario = crate::stepped::scenario("overtaking");
-    let fault = |text: &str| toml::from_str(&text.replace("; ", "\n")).expect("a fault");
     scenario.faults = vec![
         fault("at_s = 24.0; for_s = 30.0; what = \"full-disk\""),
         fault("at_s = 24.5; for_s = 1.0; what = \"end-coordination\""),
@@ -199,7 +201,6 @@ fn two_mediators_that_hear_a_robot_each_let_both_into_no_area_and_all_go_on_when
 fn nobody_is_let_in_where_a_robot_sleeps_while_a_copy_of_it_is_switched_on_elsewhere() {
     let mut scenario = crate::stepped::scenario("overtaking");
     let plans = plans(&scenario);
-    let fault = |text: &str| toml::from_str(&text.replace("; ", "\n")).expect("a fault");
     scenario.faults = vec![
         fault("at_s = 17.284; for_s = 106.392; what = \"sleep\"; robot = \"amr-1\""),
         fault(
@@ -390,7 +391,6 @@ fn a_robot_that_has_driven_past_its_place_in_the_lay_by_comes_back() {
 fn a_robot_on_a_slope_with_a_load_drives_on_and_none_rolls_away() {
     let mut scenario = crate::stepped::scenario("overtaking");
     let plans = plans(&scenario);
-    let fault = |text: &str| toml::from_str(&text.replace("; ", "\n")).expect("a fault");
     let load = "at_s = 10.0; for_s = 120.0; what = \"load\"; robot = \"amr-1\"; share = 1.0";
     for share in [-0.08, 0.08] {
         let slope = format!(
