@@ -83,14 +83,18 @@ fn runtime_folders(folder: &Path) -> impl Iterator<Item = PathBuf> {
     std::iter::once(folder.to_owned()).chain(below)
 }
 
-/// Whether a process was started with something in this folder, as robots and mediator are.
+/// Whether a process was started with something in this folder, as robots and mediator are, or may have been: one that was
+/// just started has a program for a moment, and no command yet.
 fn is_used(folder: &Path) -> bool {
     let name = folder.as_os_str().as_bytes();
     let processes = fs::read_dir("/proc").into_iter().flatten().flatten();
     processes
         // `self` is there as well.
-        .filter_map(|process| Some((process.file_name().to_str()?.parse::<u32>().ok()?, process)))
+        .filter_map(|process| Some((process.file_name().to_str()?.parse::<u32>().ok()?, process.path())))
         .filter(|(id, _)| *id != std::process::id())
-        .filter_map(|(_, process)| fs::read(process.path().join("cmdline")).ok())
-        .any(|line| line.windows(name.len()).any(|part| part == name))
+        .filter_map(|(_, process)| Some((fs::read(process.join("cmdline")).ok()?, process)))
+        .any(|(line, process)| {
+            let starting = || line.is_empty() && fs::read_link(process.join("exe")).is_ok();
+            line.windows(name.len()).any(|part| part == name) || starting()
+        })
 }
