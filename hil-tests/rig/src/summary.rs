@@ -108,6 +108,8 @@ pub struct RobotSummary {
     pub resets: u32,
     /// How often an operator drove it out by hand, where it found no way.
     pub driven_out: u32,
+    /// How often an operator restarted it, where the mediator refused it after a clone.
+    pub restarted: u32,
     /// How often the rig withheld leave for an area until the robot had waited.
     pub withheld: u64,
     /// What the judge found out, where the scenario looks at what robots believe.

@@ -236,6 +236,10 @@ fn quantities(runs: &[Summary]) -> Vec<Quantity> {
             "driven out by hand, times",
             of_robots(&|robot| f64::from(robot.driven_out)),
         ),
+        (
+            "restarted by an operator, times",
+            of_robots(&|robot| f64::from(robot.restarted)),
+        ),
         ("held by the motion tubes, s", figure(&|one| one.held_s)),
         ("longest stand, s", figure(&|one| one.longest_stand_s)),
         (

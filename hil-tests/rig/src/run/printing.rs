@@ -113,6 +113,9 @@ fn print_robot(robot: &RobotSummary) {
     if robot.driven_out > 0 {
         onboard::say!("  driven out by hand {} times", robot.driven_out);
     }
+    if robot.restarted > 0 {
+        onboard::say!("  restarted {} times", robot.restarted);
+    }
 }
 
 /// What a process took of the machine; nothing where it was not one.

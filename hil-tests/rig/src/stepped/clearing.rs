@@ -13,14 +13,14 @@ impl<'a> Stepped<'a> {
         if self.mediator.is_none() || !self.faults.lasts(ScriptedKind::ClearAreas, None) {
             return;
         }
-        let empty = self.empty_areas();
+        let empty = self.areas_with(<[usize]>::is_empty);
         if let Some(mediator) = &mut self.mediator {
             empty.into_iter().for_each(|id| mediator.clear(id));
         }
     }
 
     /// Who has carried a second robot of one identity away, or a robot that was off, sees where the mediator still takes its body to stand, and
-    /// says that it is gone, once nobody is there or may come.
+    /// says that it is gone, once nobody is there or may come; or, when all faults are over, once only the robot itself is there.
     pub(super) fn clear_of_other_bodies(&mut self) {
         let now_ns = self.now_ns();
         let Some(status) = self.told.status(now_ns) else {
@@ -30,8 +30,10 @@ impl<'a> Stepped<'a> {
             let mut running = self.clones.iter().filter(|own| own.is_running());
             running.any(|own| own.of == id)
         };
-        let gone = { status.robots.iter() }.filter(|own| !runs(&own.id));
-        let blocked: Vec<&String> = gone.flat_map(|own| &own.second_in).collect();
+        let gone: Vec<_> = { status.robots.iter() }
+            .filter(|own| !runs(&own.id))
+            .collect();
+        let blocked: Vec<&String> = gone.iter().flat_map(|own| &own.second_in).collect();
         if blocked.is_empty() {
             return;
         }
@@ -39,32 +41,46 @@ impl<'a> Stepped<'a> {
             let mut held = status.areas.iter().filter(|own| !own.holders.is_empty());
             held.any(|own| own.id == id)
         };
-        let mut clear = self.empty_areas();
+        let mut clear = self.areas_with(<[usize]>::is_empty);
         clear.retain(|id| blocked.iter().any(|own| own == id) && !is_held(id));
+        let mut clear_of_seconds = Vec::new();
+        if self.faults.are_over() {
+            for own in gone.iter().filter(|own| own.heard) {
+                let is_own =
+                    |number: usize| self.robots.get(number).is_some_and(|it| it.id == own.id);
+                let mut alone = self.areas_with(|bodies| matches!(*bodies, [one] if is_own(one)));
+                alone.retain(|id| own.second_in.iter().any(|area| area == id) && !is_held(id));
+                clear_of_seconds.extend(alone);
+            }
+        }
         if let Some(mediator) = &mut self.mediator {
             clear.into_iter().for_each(|id| mediator.clear(id));
+            let robot_stays = clear_of_seconds.into_iter();
+            robot_stays.for_each(|id| mediator.clear_of_seconds(id));
         }
     }
 
-    /// Areas into which no body reaches.
-    fn empty_areas(&self) -> Vec<&'a str> {
+    /// Areas of which this holds for the numbers of the bodies that reach into them.
+    fn areas_with(&self, holds: impl Fn(&[usize]) -> bool) -> Vec<&'a str> {
         let world = self.world.lock();
         let plans = { self.plans.robots.iter() }.map(|(_, plan)| plan);
         let robots = { plans.clone() }.map(|plan| &plan.robot);
         let bodies = robots.chain(self.clones.iter().map(|clone| &clone.config));
-        let bodies: Vec<Rectangle> = { bodies.enumerate() }
+        let bodies: Vec<(usize, Rectangle)> = { bodies.enumerate() }
             .filter_map(|(number, robot)| {
                 let truth = world.truth(number)?;
-                Some(footprint(robot).at(&truth.pose))
+                Some((number, footprint(robot).at(&truth.pose)))
             })
             .collect();
         // All robots drive by one site.
         let areas = { plans.take(1) }.flat_map(|plan| &plan.site.areas);
-        let empty = areas.filter(|area| {
+        let found = areas.filter(|area| {
             let place = region(&area.region);
-            !bodies.iter().any(|body| touch(body, &place))
+            let inside = bodies.iter().filter(|(_, body)| touch(body, &place));
+            let inside: Vec<usize> = inside.map(|(number, _)| *number).collect();
+            holds(&inside)
         });
-        empty.map(|area| area.id.as_str()).collect()
+        found.map(|area| area.id.as_str()).collect()
     }
 
     /// The listener hears of it too: nobody has had such an area since.

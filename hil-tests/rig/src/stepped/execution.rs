@@ -158,6 +158,7 @@ impl Execution for Stepped<'_> {
                 .collect(),
             resets: own.caretaker.resets,
             driven_out: own.driving_out.times,
+            restarted: own.restarting.times,
             ..robot_summary(&plan.robot, &own.devices.drive(), truth, &own.symbols)
         }
     }

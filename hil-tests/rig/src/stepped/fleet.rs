@@ -22,6 +22,7 @@ use super::motors_off::MotorsOff;
 use super::network::Network;
 use super::plans::Plans;
 use super::reloading::Reloading;
+use super::restarting::Restarting;
 use super::robot::SteppedRobot;
 use super::sending_on::SendingOn;
 use super::start::{Fleet, Start};
@@ -141,6 +142,7 @@ impl<'a> Stepped<'a> {
                     driving_out: DrivingOut::default(),
                     sending_on: SendingOn::default(),
                     reloading: Reloading::default(),
+                    restarting: Restarting::default(),
                     faults: FaultTable::default(),
                     motors_off: MotorsOff::default(),
                     raised_before: vec![0; Fault::ALL.len()],

@@ -6,6 +6,7 @@ use onboard::symbols::faults::{Fault, FaultTable};
 use sim::world::{Obstacle, Pose, STANDING_M_S, Shape};
 
 use super::apart::is_near_a_robot;
+use super::clones::ClonedRobot;
 use super::disk::Disk;
 use super::faults::Change;
 use super::fleet::Stepped;
@@ -201,8 +202,8 @@ impl Stepped<'_> {
         }
     }
 
-    /// Plays the operator: resets robots that have latched, drives those out that find no way once all faults are over, and
-    /// notes one that is not to be helped.
+    /// Plays the operator: resets robots that have latched, drives those out that find no way once all faults are over, restarts
+    /// those that are taken for a clone that is gone, and notes one that is not to be helped.
     pub(super) fn look_after(&mut self, now_ns: u64) {
         let over = self.faults.are_over();
         for number in 0..self.robots.len() {
@@ -262,6 +263,11 @@ impl Stepped<'_> {
                 let share = self.faults.share(ScriptedKind::Reload, number);
                 let (files, plan) = &self.plans.robots[number];
                 (member.reloading).look(robot, (files, plan), (share, held), now_ns);
+            }
+            let clones = { self.clones.iter() }.filter(|own| own.begun && own.of == member.id);
+            let clone = clones.map(ClonedRobot::is_running).max();
+            if member.restarting.look(&faults, clone, now_ns) {
+                self.restart_robot(number, now_ns);
             }
         }
     }

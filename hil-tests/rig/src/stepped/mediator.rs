@@ -240,6 +240,16 @@ impl SteppedMediator {
         self.put(question, reply);
     }
 
+    /// The same where only other bodies of a robot were, which is heard there and stays.
+    pub(super) fn clear_of_seconds(&mut self, area: &str) {
+        let question = Question::Clear {
+            area: area.to_owned(),
+            taken_away: true,
+        };
+        // Whether it is done, the next status says.
+        self.put(question, Box::new(drop));
+    }
+
     /// What an operator does with `mediator close AREA` and `mediator open AREA`.
     pub(super) fn close_or_open(&mut self, area: &str, closes: bool) {
         let area = area.to_owned();

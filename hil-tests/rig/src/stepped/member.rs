@@ -8,6 +8,7 @@ use super::devices::Devices;
 use super::driving_out::DrivingOut;
 use super::motors_off::MotorsOff;
 use super::reloading::Reloading;
+use super::restarting::Restarting;
 use super::robot::SteppedRobot;
 use super::sending_on::SendingOn;
 use crate::scenario::ScriptedKind;
@@ -40,6 +41,8 @@ pub(super) struct Member {
     pub(super) sending_on: SendingOn,
     /// The operator who changes its file, and has it read again.
     pub(super) reloading: Reloading,
+    /// The operator who restarts it.
+    pub(super) restarting: Restarting,
     pub(super) faults: FaultTable,
     /// Whether it must wait for its operator, whatever it says.
     pub(super) motors_off: MotorsOff,

@@ -54,6 +54,7 @@ mod plans;
 mod processes;
 mod reloading;
 mod requests;
+mod restarting;
 mod robot;
 mod running;
 mod sending_on;
