@@ -60,7 +60,7 @@ pub enum Order {
     /// Send these before it.
     Garbage(Vec<u8>),
     Status(&'static str),
-    /// Pause in the middle of it, and say so, until the next order.
+    /// Pause in the middle of it, and say so, until the next order that does not set the clock.
     PauseWithin(Sender<()>),
     /// End the pause.
     GoOn,
@@ -175,9 +175,7 @@ impl Device {
             loop {
                 match self.orders.try_recv() {
                     Ok(Order::Freeze) => self.frozen = true,
-                    Ok(Order::Clock(ms)) => {
-                        self.clock_0 = Instant::now() - Duration::from_millis(ms.into());
-                    }
+                    Ok(Order::Clock(ms)) => self.set_clock(ms),
                     Ok(order) => pending.push_back(order),
                     Err(TryRecvError::Empty) => break,
                     Err(TryRecvError::Disconnected) => return,
@@ -366,12 +364,19 @@ impl Device {
                 let rest = bytes.split_off(bytes.len() / 2);
                 self.send(&bytes);
                 // Nobody need hear it, and who unplugs it ends the pause, too.
-                let _ = (begun.send(()), self.orders.recv());
+                let _ = begun.send(());
+                while let Ok(Order::Clock(ms)) = self.orders.recv() {
+                    self.set_clock(ms);
+                }
                 bytes = rest;
             }
             _ => {}
         }
         self.send(&bytes);
+    }
+
+    fn set_clock(&mut self, ms: u32) {
+        self.clock_0 = Instant::now() - Duration::from_millis(ms.into());
     }
 
     fn send(&mut self, bytes: &[u8]) {
