@@ -3,7 +3,8 @@
 //! `mediator check` proves of most sites that this cannot come; elsewhere, and after an operator's hand, it can. A robot goes on
 //! when it waits for nothing, or when some area that it waits for has room, or will have: one of those that fill it goes on. Where
 //! a net decides, or a silent robot or a second process of one blocks, something else is to be done, and is said elsewhere. Robots that do not go on by that
-//! rule wait for each other in circles.
+//! rule wait for each other in circles. Where one has not been in its area yet, that is asked back for who waits for it, if it goes first;
+//! else people are told.
 
 use std::collections::BTreeMap;
 
@@ -13,9 +14,9 @@ use super::coordinations::Coordinations;
 use super::names::Names;
 use super::sessions::Sessions;
 
-/// It is looked for this often,
+/// It is looked for this often: what was there the last time, too, is asked back,
 const PERIOD_NS: u64 = 1_000_000_000;
-/// and told when it has lasted for so long.
+/// and people are told when it has lasted for so long.
 const LASTS_NS: u64 = 5_000_000_000;
 
 /// A robot of a circle, the area that it waits for, and the next robot, which has that.
@@ -23,6 +24,14 @@ type Wait = (usize, usize, usize);
 
 /// Each robot of a circle, from the one with the smallest number on.
 type Circle = Vec<Wait>;
+
+/// What is to be done about circles.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct Looked {
+    /// Robots, each with an area that another one of its circle needs first.
+    pub(crate) ask_back: Vec<(usize, usize)>,
+    pub(crate) alarms: Vec<Alarm>,
+}
 
 /// Circles that were found.
 #[derive(Clone, Debug, Default)]
@@ -38,7 +47,7 @@ struct Found {
 }
 
 impl CircleWatch {
-    /// Looks for circles, now and then; the alarms of those that have lasted.
+    /// Looks for circles, now and then.
     pub(crate) fn look(
         &mut self,
         names: &Names,
@@ -46,9 +55,10 @@ impl CircleWatch {
         sessions: &Sessions,
         coordinations: &Coordinations,
         now_ns: u64,
-    ) -> Vec<Alarm> {
+    ) -> Looked {
+        let mut looked = Looked::default();
         if now_ns < self.next_ns {
-            return Vec::new();
+            return looked;
         }
         self.next_ns = now_ns.saturating_add(PERIOD_NS);
         let stuck =
@@ -63,15 +73,22 @@ impl CircleWatch {
             (circle, known.unwrap_or(new))
         });
         self.found = found.collect();
-        let lasting = self
-            .found
-            .iter_mut()
-            .filter(|(_, own)| !own.told && now_ns.saturating_sub(own.since_ns) >= LASTS_NS);
-        let alarms = lasting.map(|(circle, own)| {
-            own.told = true;
-            alarm(circle, names, areas)
-        });
-        alarms.collect()
+        for (circle, own) in &mut self.found {
+            let lasts_ns = now_ns.saturating_sub(own.since_ns);
+            if lasts_ns > 0 {
+                // Who asked first goes first, but for more important ones: they would be let in again at once.
+                let priority = |robot: usize| names.robots()[robot].priority;
+                let first = { circle.iter() }.filter(|wait| priority(wait.0) >= priority(wait.2));
+                looked
+                    .ask_back
+                    .extend(first.map(|&(_, area, has)| (has, area)));
+            }
+            if !own.told && lasts_ns >= LASTS_NS {
+                own.told = true;
+                looked.alarms.push(alarm(circle, names, areas));
+            }
+        }
+        looked
     }
 }
 

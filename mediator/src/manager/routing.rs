@@ -357,8 +357,12 @@ impl Manager {
             self.coordinate(now_ns, Coordinations::watch);
             let (names, areas) = (&self.names, &self.areas);
             let (sessions, coordinations) = (&self.sessions, &self.coordinations);
-            let circle = (self.circle).look(names, areas, sessions, coordinations, now_ns);
-            self.effects.alarms.extend(circle);
+            let circles = (self.circle).look(names, areas, sessions, coordinations, now_ns);
+            for (robot, area) in circles.ask_back {
+                self.areas
+                    .revoke_if_not_used(robot, area, &mut self.effects);
+            }
+            self.effects.alarms.extend(circles.alarms);
         }
         self.go_on(now_ns);
     }

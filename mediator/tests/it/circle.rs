@@ -41,6 +41,8 @@ struct Bench {
     wants: [Option<&'static str>; 4],
     /// Whether it stands in its area.
     stands: [bool; 4],
+    /// Whether the second one wants area `a` besides.
+    also_wants_a: bool,
     now_ns: u64,
 }
 
@@ -54,6 +56,7 @@ impl Bench {
             robots: robots.collect(),
             wants: [None; 4],
             stands: [true; 4],
+            also_wants_a: false,
             now_ns: 0,
         }
     }
@@ -65,7 +68,8 @@ impl Bench {
             self.now_ns += STEP_NS;
             for (number, client) in self.robots.iter_mut().enumerate() {
                 let here = Some(AREAS[number]).filter(|_| self.stands[number]);
-                let wanted = [here, self.wants[number]].into_iter().flatten();
+                let besides = Some("a").filter(|_| number == 1 && self.also_wants_a);
+                let wanted = [here, self.wants[number], besides].into_iter().flatten();
                 let situation = Situation {
                     located: true,
                     stands_in: here.map(str::to_owned).into_iter().collect(),
@@ -108,6 +112,41 @@ fn a_circle_is_told_once_with_who_is_to_back_out_of_what() {
     bench.stands[1] = false;
     assert!(bench.pass(20).is_empty());
     assert!(bench.robots[0].holds("b"));
+}
+
+/// Robots of these priorities wait for each other, of which the second one has an area that it is not in.
+fn waits_and_is_elsewhere(priorities: [u32; 4]) -> Bench {
+    let mut bench = Bench::new(&setup(priorities, 1));
+    bench.stands[1] = false;
+    bench.wants[1] = Some("b");
+    bench.pass(8);
+    let has = [bench.robots[0].holds("a"), bench.robots[1].holds("b")];
+    assert_eq!(has, [true; 2]);
+    bench.also_wants_a = true;
+    bench.wants[0] = Some("b");
+    bench
+}
+
+#[test]
+fn an_area_that_nobody_of_a_circle_is_in_is_asked_back() {
+    for priorities in [[0; 4], [1, 0, 0, 0]] {
+        let mut bench = waits_and_is_elsewhere(priorities);
+        assert!(bench.pass(20).is_empty(), "nobody need do anything");
+        assert!(bench.robots[0].holds("b") && !bench.robots[1].holds("b"));
+        assert_eq!(bench.robots[1].counters().yielded, 1);
+        // It goes on, and leaves both.
+        (bench.stands[0], bench.wants[0]) = (false, None);
+        bench.pass(3);
+        assert!(bench.robots[1].holds("a") && bench.robots[1].holds("b"));
+    }
+}
+
+/// It would be let in again at once.
+#[test]
+fn of_a_more_important_robot_nothing_is_asked_back_and_people_are_told() {
+    let mut bench = waits_and_is_elsewhere([0, 1, 0, 0]);
+    assert_eq!(bench.pass(20).len(), 1);
+    assert!(bench.robots[1].holds("b") && bench.robots[1].counters().yielded == 0);
 }
 
 #[test]

@@ -22,6 +22,9 @@ pub(super) struct Rule {
     other: usize,
     /// From when on the other one is carried away, if it is.
     gone_ns: Option<u64>,
+    /// The other one has gone over to another mediator, which let it go: nothing is asked of it before a coordination has it in its area
+    /// again.
+    let_go: bool,
     checked_ns: u64,
     broken_ns: u64,
 }
@@ -45,6 +48,7 @@ impl Rule {
                     other: scenario.player(&rule.other)?,
                     gone_ns: gone_ns(&rule.other),
                     rule: rule.clone(),
+                    let_go: false,
                     checked_ns: 0,
                     broken_ns: 0,
                 })
@@ -75,23 +79,38 @@ impl Rule {
             { rule.coordination.as_ref() }
                 .is_none_or(|own| look.observations.coordinated(&own.net, truth.time_ns))
         };
+        if self.robot != look.robot {
+            return;
+        }
+        let other = &robots[self.other];
+        let is_whole = || {
+            other.truth.is_some_and(|truth| {
+                let body = other.robot.footprint.at(&truth.pose);
+                let room = rule.other_area.region.grown(WHOLE_SLACK_M);
+                let mut corners = body.corners_m.iter();
+                corners.all(|&corner| room.contains(corner.into()))
+            })
+        };
+        if rule.coordination.is_some() {
+            let apart = look
+                .observations
+                .follow_different_mediators([&rule.robot, &rule.other]);
+            let control = look.observations.control_of(&rule.other, truth.time_ns);
+            self.let_go = apart || self.let_go && !(control.is_some() && is_whole());
+        }
+        if self.let_go {
+            return;
+        }
         if self.gone_ns.is_some_and(|gone_ns| truth.time_ns >= gone_ns) {
             return;
         }
-        if self.robot != look.robot || !rule.area.region.contains(at_m.into()) || !coordinated() {
+        if !rule.area.region.contains(at_m.into()) || !coordinated() {
             return;
         }
         let step_ns = before.map_or(0, |before| truth.time_ns.saturating_sub(before.time_ns));
         let step_ns = step_ns.min(LONGEST_STEP_NS);
         self.checked_ns += step_ns;
-        let other = &robots[self.other];
-        let is_whole = other.truth.is_some_and(|truth| {
-            let body = other.robot.footprint.at(&truth.pose);
-            let room = rule.other_area.region.grown(WHOLE_SLACK_M);
-            let mut corners = body.corners_m.iter();
-            corners.all(|&corner| room.contains(corner.into()))
-        });
-        if !is_whole {
+        if !is_whole() {
             self.broken_ns += step_ns;
             let place = { other.truth }.map_or(String::new(), |truth| {
                 format!("; it is {}", place(&truth.pose))

@@ -2,7 +2,8 @@
 //!
 //! One rule, through the real programs and on the simulated clock:
 //!
-//! - a latch that something else is to blame for is reset after 3 s, and again after 3 s if it is still there;
+//! - a latch that something else is to blame for is reset after 3 s, and again after 3 s if it is still there; one that comes back
+//!   within 5 s of a reset, after twice the time of the one before, since something has to be seen to first;
 //! - any other is the robot's own, and ends the run at once; but an uncertain pose has 30 s, since walls may come into view again;
 //! - whatever was to blame, a latch that lasts for 30 s ends the run; as long as a fault of the scenario lasts, its robot has that time
 //!   still before it;
@@ -22,6 +23,10 @@ use crate::stalls::{LATCHES, LATCHES_WITHIN_NS};
 const JUDGED_AFTER_NS: u64 = 100_000_000;
 /// A robot is reset after this time, and not sooner again.
 const RESET_AFTER_NS: u64 = 3_000_000_000;
+/// What comes back within this time of a reset was reset in vain,
+const IN_VAIN_NS: u64 = 5_000_000_000;
+/// which doubles the time before the next one, so often at most.
+const DOUBLED: u32 = 3;
 /// A reset is answered within this time.
 const ANSWERED_NS: u64 = 1_000_000_000;
 /// How far behind a robot people look.
@@ -141,6 +146,8 @@ fn free_behind(world: &World, robot: usize) -> Option<Request> {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Caretaker {
     reset_ns: u64,
+    /// Resets in vain, one after the other, up to the last one.
+    in_vain: u32,
     /// When a fault of the scenario lasted last.
     hindered_ns: u64,
     /// How often it was reset.
@@ -170,6 +177,7 @@ impl Caretaker {
             self.hindered_ns = now_ns;
         }
         let mut care = Care::None;
+        let mut in_vain = 0;
         for (fault, since_ns) in latched {
             let lasts_ns = now_ns.saturating_sub(since_ns);
             if lasts_ns < JUDGED_AFTER_NS {
@@ -182,21 +190,32 @@ impl Caretaker {
             if !may_end || waited_ns > STRANDED_NS {
                 return Care::GiveUp(fault);
             }
-            let in_time = lasts_ns > RESET_AFTER_NS && now_ns > self.reset_ns + RESET_AFTER_NS;
+            if self.is_back(since_ns) {
+                in_vain = self.in_vain + 1;
+            }
+            let after_ns = RESET_AFTER_NS << in_vain.min(DOUBLED);
+            let in_time = lasts_ns > after_ns && now_ns > self.reset_ns + RESET_AFTER_NS;
             if excused && in_time && !stopped {
                 care = Care::Reset;
             }
         }
         if care == Care::Reset {
-            self.reset_ns = now_ns;
+            (self.reset_ns, self.in_vain) = (now_ns, in_vain);
             self.resets += 1;
         }
         care
     }
 
+    /// Whether a latch of this time came soon after the last reset.
+    fn is_back(&self, since_ns: u64) -> bool {
+        let soon_ns = self.reset_ns..self.reset_ns.saturating_add(IN_VAIN_NS);
+        self.resets > 0 && soon_ns.contains(&since_ns)
+    }
+
     /// It does not ask for the reset of its last look: there is no answer to the one before, which was counted by then.
     pub fn asks_nothing(&mut self, before: Self) {
-        (self.reset_ns, self.resets) = (before.reset_ns, before.resets);
+        (self.reset_ns, self.in_vain, self.resets) =
+            (before.reset_ns, before.in_vain, before.resets);
     }
 }
 
@@ -248,6 +267,27 @@ mod tests {
             let gone = caretaker.look(&FaultTable::default(), 50 * SECOND_NS, true, blame);
             assert_eq!((gone, caretaker.resets), (Care::None, 2));
         }
+    }
+
+    /// As of a pivot that is jammed.
+    #[test]
+    fn what_comes_back_after_each_reset_is_waited_for_longer_and_longer() {
+        let mut caretaker = Caretaker::default();
+        let mut faults = FaultTable::default();
+        let mut resets_s = Vec::new();
+        for at_s in 10..90 {
+            faults.raise(Fault::WheelsDisobey, at_s * SECOND_NS);
+            if caretaker.look(&faults, at_s * SECOND_NS, false, hindered(true)) == Care::Reset {
+                faults.clear(Fault::WheelsDisobey);
+                resets_s.push(at_s);
+            }
+        }
+        assert_eq!(resets_s, [14, 22, 36, 62, 88]);
+        // What comes much later is another one.
+        faults.clear(Fault::WheelsDisobey);
+        faults.raise(Fault::WheelsDisobey, 100 * SECOND_NS);
+        let mut look = |at_s| caretaker.look(&faults, at_s * SECOND_NS, false, hindered(true));
+        assert_eq!([look(103), look(104)], [Care::None, Care::Reset]);
     }
 
     #[test]

@@ -111,7 +111,7 @@ impl Answered {
 }
 
 /// Whether operators ask again what was refused for this reason: resets that left faults, to go on in spite of one, to read the files
-/// of a robot that does not come to a stand, and what a computer has slept over.
+/// of a robot that does not come to a stand, to place one whose drive fell silent just before, and what a computer has slept over.
 fn is_asked_again(why: &Refusal) -> bool {
     matches!(
         why,
@@ -119,5 +119,6 @@ fn is_asked_again(why: &Refusal) -> bool {
             | Refusal::StoppedByFault
             | Refusal::ReloadTooSlow(_)
             | Refusal::Slept
+            | Refusal::Unmeasured
     )
 }

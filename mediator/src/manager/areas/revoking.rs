@@ -1,4 +1,5 @@
-//! Asking for grants back that are not in use: where a coordination needs the area, or somebody is in it who should not be.
+//! Asking for grants back that are not in use: where a coordination needs the area, robots wait for each other, or somebody is in it who
+//! should not be.
 
 use contract::level;
 use contract::wire::Access;
@@ -57,6 +58,11 @@ impl Areas {
         for robot in self.occupants(area).collect::<Vec<usize>>() {
             self.revoke(robot, area, Whose::NotThere, effects);
         }
+    }
+
+    /// Asks for one back, if its robot has not been in the area yet.
+    pub(crate) fn revoke_if_not_used(&mut self, robot: usize, area: usize, effects: &mut Effects) {
+        self.revoke(robot, area, Whose::NotEntered, effects);
     }
 
     /// Robots that have kept a grant because they could not stop before the area, and are not in it a while later, can stop by now:

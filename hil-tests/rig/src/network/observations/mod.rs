@@ -320,6 +320,13 @@ impl Observations {
         all.find(|own| own.robot == robot && own.covers(at_ns))
     }
 
+    /// Whether these robots follow mediators with different journals, as they say.
+    #[must_use]
+    pub fn follow_different_mediators(&self, robots: [&str; 2]) -> bool {
+        let [one, other] = robots.map(|robot| self.registrations.followed_by(robot));
+        one.zip(other).is_some_and(|(one, other)| one != other)
+    }
+
     /// Whether a net of this name had the discrete control of any robot at this time.
     #[must_use]
     pub fn coordinated(&self, net: &str, at_ns: u64) -> bool {

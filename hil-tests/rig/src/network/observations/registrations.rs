@@ -74,6 +74,12 @@ impl Registrations {
         }
     }
 
+    /// The journal of the mediator that the robot follows, by its last report; none: it has not said.
+    pub(super) fn followed_by(&self, robot: &str) -> Option<u64> {
+        let ((place, _), _) = self.by_robot.get(robot)?;
+        self.sources.get(*place).map(|source| source.journal)
+    }
+
     /// Whether what the mediator says to a robot is of an earlier registration.
     pub(super) fn is_old(&self, robot: &str, source: Source, session: u64) -> bool {
         let found = self.registration(source, session);
