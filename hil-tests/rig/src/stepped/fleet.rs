@@ -317,7 +317,8 @@ impl<'a> Stepped<'a> {
         let member = &mut self.robots[number];
         if let Some(robot) = &member.robot {
             let exchanges = motors_off.then(|| member.devices.drive().setpoints);
-            (member.motors_off).look(exchanges, robot.resets_asked());
+            let owes_an_answer = || robot.owes_an_answer_to_a_reset();
+            (member.motors_off).look(exchanges, robot.resets_asked(), owes_an_answer);
         }
     }
 

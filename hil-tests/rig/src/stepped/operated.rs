@@ -30,6 +30,11 @@ impl SteppedRobot {
         self.requests.resets_asked()
     }
 
+    /// An operator who has asked for a reset waits for an answer.
+    pub(super) fn owes_an_answer_to_a_reset(&self) -> bool {
+        self.requests.owes_an_answer_to_a_reset()
+    }
+
     /// What operators were refused; not what they ask for again.
     #[must_use]
     pub fn refused(&self) -> Vec<String> {

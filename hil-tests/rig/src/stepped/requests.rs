@@ -77,6 +77,12 @@ impl Requests {
         self.asked > self.answered().len()
     }
 
+    pub(super) fn owes_an_answer_to_a_reset(&self) -> bool {
+        let name = Request::Reset.name();
+        let all = self.answered();
+        self.resets > all.iter().filter(|own| own.name == name).count()
+    }
+
     pub(super) fn replies(&self) -> Vec<(&'static str, Reply)> {
         let all = self.answered();
         { all.iter() }
