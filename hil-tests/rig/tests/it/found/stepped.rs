@@ -404,3 +404,52 @@ fn a_robot_whose_pivot_was_jammed_stops_where_it_can() {
         r#"rig scenario overtaking --stepped --seed 266 --fault '{ at_s = 35.614, for_s = 4.706, what = "delay-scans", robot = "amr-1", by_s = 0.248 }' --fault '{ at_s = 39.865, for_s = 32.634, what = "jam-pivot", robot = "amr-1" }' --fault '{ at_s = 41.67, for_s = 10.891, what = "stick-encoder", robot = "amr-1" }'"#,
     );
 }
+
+/// It was reset again and again while its pivot was jammed, a little farther off its path each time.
+#[test]
+#[ignore = "CI makes these runs"]
+fn a_robot_whose_pivot_is_jammed_for_long_is_reset_less_and_less_often() {
+    passes(
+        r#"rig scenario overtaking --stepped --seed 427 --fault '{ at_s = 30.36, for_s = 36.9, what = "jam-pivot", robot = "amr-1" }'"#,
+    );
+    passes(
+        r#"rig scenario overtaking --stepped --seed 1250 --fault '{ at_s = 25.298, for_s = 85.56, what = "jam-pivot", robot = "amr-1" }'"#,
+    );
+}
+
+/// One was let into the area ahead, and could not go there before the other one had left the area between, which waited for that one.
+#[test]
+#[ignore = "CI makes these runs"]
+fn robots_that_wait_for_an_area_that_nobody_is_in_go_on() {
+    passes(
+        r#"rig scenario overtaking --stepped --seed 1463 --fault '{ at_s = 42.883, for_s = 34.082, what = "jam-pivot", robot = "amr-2" }' --fault '{ at_s = 81.289, for_s = 2.981, what = "restore-journal" }'"#,
+    );
+}
+
+/// Areas keep them apart, not the coordination, of which the second mediator does not know.
+#[test]
+#[ignore = "CI makes these runs"]
+fn a_robot_that_another_mediator_lets_go_leaves_its_lay_by_and_enters_nothing() {
+    let summary = passes(
+        r#"rig scenario overtaking --stepped --seed 239 --fault '{ at_s = 48.221, for_s = 5.021, what = "cut-power", robot = "amr-2" }' --fault '{ at_s = 57.952, for_s = 5.956, what = "second-mediator" }' --fault '{ at_s = 57.952, for_s = 5.956, what = "partition", robot = "amr-1", mediator = "first" }' --fault '{ at_s = 57.952, for_s = 5.956, what = "partition", robot = "amr-2", mediator = "second" }'"#,
+    );
+    assert!(summary.during[0].checked_s > 10.0, "{summary:?}");
+}
+
+/// He asked while the motors were off, and was answered when they were on.
+#[test]
+#[ignore = "CI makes these runs"]
+fn a_robot_that_is_reset_as_its_emergency_stop_is_released_may_go_on() {
+    passes(
+        r#"rig scenario overtaking --stepped --seed 1261 --fault '{ at_s = 6.348, for_s = 6.157, what = "cut-motors", robot = "amr-2" }'"#,
+    );
+}
+
+/// Its operator had just begun to speak.
+#[test]
+#[ignore = "CI makes these runs"]
+fn a_robot_that_loses_its_power_while_it_is_placed_is_placed_later() {
+    passes(
+        r#"rig scenario overtaking --stepped --seed 1223 --fault '{ at_s = 0.383, for_s = 7.783, what = "hang", robot = "amr-2" }' --fault '{ at_s = 9.796, for_s = 0.614, what = "kill-robot", robot = "amr-1" }' --fault '{ at_s = 44.166, for_s = 38.933, what = "cover-lidar", robot = "amr-2" }' --fault '{ at_s = 51.137, for_s = 0.164, what = "freeze-lidar", robot = "amr-2" }' --fault '{ at_s = 82.117, for_s = 0.32, what = "cut-power", robot = "amr-2" }' --fault '{ at_s = 83.107, for_s = 78.94, what = "reload", robot = "amr-2", share = 0.3948 }'"#,
+    );
+}
