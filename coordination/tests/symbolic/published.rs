@@ -147,6 +147,7 @@ fn number(digits: &str) -> u128 {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn verdicts_are_those_that_the_contest_publishes() {
     let mut instances: Vec<_> = { PUBLISHED.iter() }
         .flat_map(|published| published.instances.iter().map(move |own| (published, own)))

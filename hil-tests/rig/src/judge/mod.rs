@@ -40,6 +40,8 @@ pub use nets::two_nets;
 pub use owners::two_owners;
 
 #[cfg(test)]
+mod during_tests;
+#[cfg(test)]
 mod message_tests;
 #[cfg(test)]
 mod tests;

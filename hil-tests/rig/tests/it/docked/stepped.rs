@@ -27,6 +27,7 @@ fn raised(robot: &RobotSummary, fault: &str) -> u64 {
 /// It says what it needs, and drives on when it has it: where it is, after its computer was switched off; or, after its drive was,
 /// that it may drive at all, and what is behind it, since nobody has counted the wheels' turns meanwhile.
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_robot_that_starts_again_in_the_dock_asks_for_what_it_cannot_know() {
     let docking = crate::stepped::scenario("docking").with_at_most(1);
     let before = without_faults(&docking, 3);

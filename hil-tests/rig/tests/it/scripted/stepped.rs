@@ -33,6 +33,7 @@ fn junction() -> Scenario {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_fleet_goes_on_with_a_mediator_that_has_lost_its_journal() {
     let fault = "at_s = 10.0; for_s = 6.0; what = \"lose-journal\"";
     let mut scenario = junction();
@@ -45,6 +46,7 @@ fn a_fleet_goes_on_with_a_mediator_that_has_lost_its_journal() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_mediator_whose_disk_is_full_answers_nobody_and_goes_on_when_it_has_room() {
     let fault = "at_s = 10.0; for_s = 8.0; what = \"full-disk\"";
     let mut scenario = junction();
@@ -74,6 +76,7 @@ fn a_mediator_that_two_faults_keep_down_starts_when_the_longer_one_is_over() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_mediator_that_ends_again_and_again_while_it_writes_lets_nobody_in_uninvited() {
     let mut scenario = junction();
     scenario.patience_s = 600.0;
@@ -95,6 +98,7 @@ fn a_mediator_that_ends_again_and_again_while_it_writes_lets_nobody_in_uninvited
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn operators_who_ask_a_mediator_with_a_full_disk_give_up_after_a_while() {
     let mut scenario = crate::stepped::scenario("overtaking");
     scenario.faults = vec![
@@ -110,6 +114,7 @@ fn operators_who_ask_a_mediator_with_a_full_disk_give_up_after_a_while() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_mediator_without_its_journal_lets_nobody_in_before_it_has_heard_where_everybody_stands() {
     let mut scenario = crate::stepped::scenario("overtaking");
     scenario.patience_s = 600.0;
@@ -133,6 +138,7 @@ fn a_mediator_without_its_journal_lets_nobody_in_before_it_has_heard_where_every
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn robots_stay_with_their_mediator_beside_a_second_one_and_say_so() {
     let fault = "at_s = 10.0; for_s = 6.0; what = \"second-mediator\"";
     let with = with(&mut junction(), fault, 1);
@@ -158,6 +164,7 @@ fn robots_stay_with_their_mediator_beside_a_second_one_and_say_so() {
 
 /// It goes on with their own journal, as one does that was started again: they follow it, and the other one again when it is gone.
 #[test]
+#[ignore = "CI makes these runs"]
 fn robots_follow_one_mediator_at_a_time_beside_a_copy_of_theirs() {
     for (at_s, for_s) in [(4.0, 20.0), (10.0, 6.0), (25.0, 40.0)] {
         let fault = format!("at_s = {at_s:?}; for_s = {for_s:?}; what = \"copied-mediator\"");
@@ -170,6 +177,7 @@ fn robots_follow_one_mediator_at_a_time_beside_a_copy_of_theirs() {
 
 /// The one hears only the one, the other only the other: neither of the two knows where both are.
 #[test]
+#[ignore = "CI makes these runs"]
 fn two_mediators_that_hear_a_robot_each_let_both_into_no_area_and_all_go_on_when_they_are_heard_again()
  {
     for what in ["second-mediator", "copied-mediator"] {
@@ -198,6 +206,7 @@ fn two_mediators_that_hear_a_robot_each_let_both_into_no_area_and_all_go_on_when
 
 /// It is taken for the sleeper's next process, which was carried there: where the one before was stays blocked until somebody has looked.
 #[test]
+#[ignore = "CI makes these runs"]
 fn nobody_is_let_in_where_a_robot_sleeps_while_a_copy_of_it_is_switched_on_elsewhere() {
     let mut scenario = crate::stepped::scenario("overtaking");
     let plans = plans(&scenario);
@@ -215,6 +224,7 @@ fn nobody_is_let_in_where_a_robot_sleeps_while_a_copy_of_it_is_switched_on_elsew
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_mediator_with_an_older_journal_hinders_the_overtaking_that_it_forgot() {
     let mut scenario = crate::stepped::scenario("overtaking");
     let without = without_faults(&scenario, 3);
@@ -232,6 +242,7 @@ fn a_mediator_with_an_older_journal_hinders_the_overtaking_that_it_forgot() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_coordination_that_an_operator_ends_leaves_robots_that_go_on_by_themselves() {
     let mut scenario = crate::stepped::scenario("overtaking");
     let without = without_faults(&scenario, 3);
@@ -252,6 +263,7 @@ fn raised(summary: &Summary, fault: &str) -> u64 {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_robot_goes_on_beside_a_clone_of_it_and_both_say_so() {
     let scenario = crate::stepped::scenario("overtaking");
     // It asks from the store. A short while is no longer than a restart takes.
@@ -266,6 +278,7 @@ fn a_robot_goes_on_beside_a_clone_of_it_and_both_say_so() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_clone_on_the_floor_gets_nothing_and_stands() {
     let scenario = crate::stepped::scenario("overtaking");
     // Where its robot started.
@@ -278,6 +291,7 @@ fn a_clone_on_the_floor_gets_nothing_and_stands() {
 
 /// One that is on its way to an area which it was granted stops before it, when a clone says that it stands there.
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_robot_enters_no_area_in_which_a_clone_says_that_it_stands() {
     let mut scenario = crate::stepped::scenario("overtaking");
     scenario.patience_s = 60.0;
@@ -298,6 +312,7 @@ fn a_robot_enters_no_area_in_which_a_clone_says_that_it_stands() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_fleet_goes_on_after_one_of_its_robots_was_driven_by_hand() {
     let by_hand = |(at_s, for_s): (f64, f64), motion: &str, patience_s: f64| {
         let mut scenario = crate::stepped::scenario("overtaking");
@@ -330,6 +345,7 @@ fn a_fleet_goes_on_after_one_of_its_robots_was_driven_by_hand() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn what_an_operator_clears_no_robot_enters_behind_a_broken_link() {
     let mut scenario = crate::stepped::scenario("overtaking");
     scenario.patience_s = 600.0;
@@ -352,6 +368,7 @@ fn what_an_operator_clears_no_robot_enters_behind_a_broken_link() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn nobody_is_let_into_an_area_while_it_is_closed_and_all_go_on_when_it_is_open() {
     for name in ["overtaking", "docking", "t-junction"] {
         let mut scenario = crate::stepped::scenario(name).with_at_most(1);
@@ -373,6 +390,7 @@ fn nobody_is_let_into_an_area_while_it_is_closed_and_all_go_on_when_it_is_open()
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_robot_that_has_driven_past_its_place_in_the_lay_by_comes_back() {
     let plans = plans(&crate::stepped::scenario("overtaking"));
     // Both were put where they stand within a shift, which then ends late.
@@ -389,6 +407,7 @@ fn a_robot_that_has_driven_past_its_place_in_the_lay_by_comes_back() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_robot_on_a_slope_with_a_load_drives_on_and_none_rolls_away() {
     let mut scenario = crate::stepped::scenario("overtaking");
     let plans = plans(&scenario);
@@ -412,6 +431,7 @@ fn a_robot_on_a_slope_with_a_load_drives_on_and_none_rolls_away() {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_robot_whose_area_is_free_by_an_operators_word_lets_the_other_one_go_on() {
     let mut scenario = crate::stepped::scenario("overtaking");
     scenario.patience_s = 60.0;

@@ -80,6 +80,7 @@ fn what_was_said_of_its_place_before_it_slept_is_no_answer() {
 
 /// Communication says so as well: it does not say that it is located.
 #[test]
+#[ignore = "CI makes these runs"]
 fn its_fleet_does_not_take_it_to_be_where_it_was() {
     let mut scenario = crate::stepped::scenario("overtaking").with_at_most(1);
     let sleeps = "at_s = 24.0\nfor_s = 4.0\nwhat = \"sleep\"\nrobot = \"amr-1\"";
