@@ -233,6 +233,7 @@ fn a_robot_that_no_role_is_for_waits_for_ever() {
 
 /// The big robot waits until both lanes are free at once, and nothing keeps small ones from coming meanwhile.
 #[test]
+#[ignore = "CI makes these runs"]
 fn a_net_that_lets_others_in_again_and_again_starves_a_robot() {
     let greedy = text("nets/docking")
         .replace(

@@ -142,6 +142,7 @@ fn assert_safe(all: &[Limits]) {
 }
 
 #[test]
+#[ignore = "CI makes these runs"]
 fn no_run_leads_two_robots_into_one_area() {
     let of = Limits::new;
     assert_safe(&[
