@@ -45,7 +45,8 @@ pub struct Odometry {
     /// How often the robot may have moved without being measured since the start, as when the encoders lost power. What is
     /// remembered in `odom` from before is worth nothing, and the pose in `map` is less certain.
     pub breaks: u64,
-    /// Way that the robot may have moved, in whatever direction, besides what is reckoned, since the start; never falls.
+    /// Way that the robot may have moved, in whatever direction, besides what is reckoned, and angle in radians that it may have turned,
+    /// since the start; never falls.
     pub unmeasured_m: f64,
 }
 

@@ -83,8 +83,8 @@ pub struct DeadReckoning {
     odometry: Odometry,
     last: Option<EncoderSample>,
     slip: SlipWatch,
-    /// Since when, and at which speed then, the way is not measured.
-    unmeasured: Option<(u64, f64)>,
+    /// Since when the way is not measured, and how the robot moved then.
+    unmeasured: Option<(u64, Twist2)>,
     backward_run: u32,
     counters: OdometryCounters,
 }
@@ -157,8 +157,7 @@ impl DeadReckoning {
     /// Takes the next sample as a new beginning without moving: after the encoders restarted.
     pub fn rebase(&mut self) {
         if let Some(last) = self.last.take() {
-            let speed_m_s = self.odometry.twist.v_m_s.abs();
-            self.unmeasured = Some((last.stamp_ns, speed_m_s));
+            self.unmeasured = Some((last.stamp_ns, self.odometry.twist));
         }
         self.odometry.twist = Twist2::default();
     }
@@ -259,10 +258,13 @@ impl DeadReckoning {
     }
 
     fn begin(&mut self, sample: &EncoderSample) {
-        if let Some((since_ns, speed_m_s)) = self.unmeasured.take() {
+        if let Some((since_ns, twist)) = self.unmeasured.take() {
             let gap_s = sample.stamp_ns.saturating_sub(since_ns) as f64 * 1e-9;
-            let short = gap_s <= UNSEEN_S && speed_m_s * gap_s <= UNSEEN_M;
-            self.odometry.breaks += u64::from(!short);
+            if gap_s <= UNSEEN_S && twist.v_m_s.abs() * gap_s <= UNSEEN_M {
+                self.roll_on(twist, gap_s);
+            } else {
+                self.odometry.breaks += 1;
+            }
         }
         self.last = Some(*sample);
         self.backward_run = 0;
@@ -350,6 +352,13 @@ impl DeadReckoning {
             twist.v_m_s * bridged_s,
             twist.omega_rad_s * bridged_s,
         ));
+    }
+
+    /// For a moment without power: it may have stopped at once, or gone on as it moved. In between is half of that, give or take as much.
+    fn roll_on(&mut self, twist: Twist2, gap_s: f64) {
+        let [way_m, turned_rad] = [twist.v_m_s, twist.omega_rad_s].map(|rate| 0.5 * gap_s * rate);
+        self.advance(Twist2::new(way_m, turned_rad));
+        self.odometry.unmeasured_m += way_m.abs().max(turned_rad.abs());
     }
 
     /// `step`: metres and radians.

@@ -275,12 +275,23 @@ fn a_way_that_was_not_measured_is_a_break() {
                 .update(&encoders.step(speed_m_s, 0.0))
                 .unwrap();
         }
+        let before = *dead_reckoning.odometry();
         dead_reckoning.rebase();
         for _ in 0..steps {
             encoders.step(speed_m_s, 0.0);
         }
         dead_reckoning.update(&encoders.sample).unwrap();
-        assert_eq!(dead_reckoning.odometry().breaks, breaks, "{speed_m_s} m/s");
+        let after = dead_reckoning.odometry();
+        assert_eq!(after.breaks, breaks, "{speed_m_s} m/s");
+        let reckoned_m = before.pose.between(after.pose).position().norm_m();
+        let doubted_m = after.unmeasured_m - before.unmeasured_m;
+        if breaks == 0 {
+            let half_m = 0.5 * speed_m_s * f64::from(steps) * (STEP_NS as f64 * 1e-9);
+            assert!((reckoned_m - half_m).abs() < 1e-4, "{reckoned_m} m");
+            assert!((doubted_m - half_m).abs() < 1e-4, "{doubted_m} m");
+        } else {
+            assert_eq!((reckoned_m, doubted_m), (0.0, 0.0), "nothing is known");
+        }
     }
     // Encoders that counted from zero again, and nobody said so.
     encoders.sample.stamp_ns += 10_000_000_000;
@@ -295,6 +306,31 @@ fn a_way_that_was_not_measured_is_a_break() {
     let mut fresh = DeadReckoning::new(encoders.geometry, 35.0).unwrap();
     fresh.rebase();
     assert_eq!(fresh.odometry().breaks, 0);
+}
+
+/// Of a turn on a short way the angle counts.
+#[test]
+fn a_turn_without_power_for_a_moment_is_half_reckoned_and_half_doubted() {
+    let (mut encoders, mut dead_reckoning) = started();
+    for _ in 0..600 {
+        dead_reckoning.update(&encoders.step(0.05, 0.0)).unwrap();
+        dead_reckoning.update(&encoders.step(0.05, 0.8)).unwrap();
+    }
+    let before = *dead_reckoning.odometry();
+    assert!(before.twist.omega_rad_s.abs() > 0.1, "{before:?}");
+    dead_reckoning.rebase();
+    encoders.sample.stamp_ns += 100_000_000;
+    dead_reckoning.update(&encoders.sample).unwrap();
+    let after = dead_reckoning.odometry();
+    let turned_rad = before.pose.between(after.pose).theta_rad;
+    let half_rad = 0.5 * 0.1 * before.twist.omega_rad_s;
+    assert!((turned_rad - half_rad).abs() < 1e-3, "{turned_rad} rad");
+    let doubted_rad = after.unmeasured_m - before.unmeasured_m;
+    assert!(
+        (doubted_rad - half_rad.abs()).abs() < 1e-3,
+        "{doubted_rad} rad"
+    );
+    assert_eq!(after.breaks, before.breaks);
 }
 
 /// Drives a swinging path with wheels whose encoders say more than they roll, from `begin_m` on; returns the way after which
