@@ -207,8 +207,10 @@ impl Stepped<'_> {
     pub(super) fn look_after(&mut self, now_ns: u64) {
         let over = self.faults.are_over();
         for number in 0..self.robots.len() {
-            let on_purpose = self.faults.lasts(ScriptedKind::Stop, Some(number));
             let member = &mut self.robots[number];
+            // Who has carried it back has stopped it first, and has more to say.
+            let is_spoken_to = { member.robot.iter() }.any(SteppedRobot::owes_an_answer);
+            let on_purpose = self.faults.lasts(ScriptedKind::Stop, Some(number)) || is_spoken_to;
             // What a robot said before it was killed is over.
             let runs = member.robot.is_some();
             let faults = if runs {

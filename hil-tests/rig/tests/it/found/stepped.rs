@@ -462,3 +462,12 @@ fn a_robot_that_turns_without_power_for_a_moment_doubts_where_it_points() {
         r#"rig scenario t-junction --stepped --seed 324 --fault '{ at_s = 29.158, for_s = 0.063, what = "cut-power", robot = "amr-1" }'"#,
     );
 }
+
+/// Who carries it stops it first.
+#[test]
+#[ignore = "CI makes these runs"]
+fn a_robot_that_was_driven_off_its_lane_is_carried_back_when_all_is_over() {
+    passes(
+        r#"rig scenario t-junction --stepped --seed 431 --fault '{ at_s = 34.429, for_s = 3.021, what = "teleop", robot = "amr-3", motion = [0.138, -0.126] }' --fault '{ at_s = 137.175, for_s = 9.697, what = "panic", robot = "amr-1", thread = "navigation" }'"#,
+    );
+}
