@@ -123,7 +123,7 @@ impl Braking {
             let mut stops = Vec::new();
             if fault.what == ScriptedKind::Pause {
                 for hands in own.iter().map(|(other, _)| *other).filter(by_hand) {
-                    stops.push(stop(from_s, hands.at_s));
+                    stops.push(stop(from_s, hands.at_s.min(until_s)));
                     from_s = from_s.max(hands.until_s() + stopping.after_s?);
                 }
             }
@@ -255,6 +255,13 @@ mod tests {
             windows(&braking(&[pause, hands])),
             [(10.15, 11.0, 0.8), (12.15, 15.0, 0.8)],
             "one that is paused may be driven by hand"
+        );
+        let later =
+            "at_s = 40.0, for_s = 1.0, what = \"teleop\", robot = \"amr-1\", motion = [0.1,0.0]";
+        assert_eq!(
+            windows(&braking(&[pause, later])),
+            windows(&braking(&[pause])),
+            "long after it went on"
         );
         let other = UNPLUG.replace("amr-1", "amr-2");
         assert_eq!(windows(&braking(&[&other])), []);
