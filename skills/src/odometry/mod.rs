@@ -154,7 +154,7 @@ impl DeadReckoning {
         self.counters
     }
 
-    /// Takes the next sample as a new beginning without moving: after the encoders restarted.
+    /// Takes the next sample as a new beginning: after the encoders restarted. How the robot has moved meanwhile they do not say.
     pub fn rebase(&mut self) {
         if let Some(last) = self.last.take() {
             self.unmeasured = Some((last.stamp_ns, self.odometry.twist));
